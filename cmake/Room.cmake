@@ -1,0 +1,11 @@
+# add_room(NAME SOURCES... LINKS ...): one static library fbi_NAME from every .cpp of the folder.
+function(add_room name)
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  if(sources)
+    add_library(fbi_${name} STATIC ${sources})
+    target_link_libraries(fbi_${name} PUBLIC fbi_options ${ARGN})
+  else()
+    add_library(fbi_${name} INTERFACE)
+    target_link_libraries(fbi_${name} INTERFACE fbi_options ${ARGN})
+  endif()
+endfunction()

@@ -1,0 +1,73 @@
+/// Parameters of the fibers: section, material, formulation, ends, loads, time scheme. Free of PETSc and MPI.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "base/types.hpp"
+#include "input/expression.hpp"
+
+namespace fbi::beam {
+
+enum class Formulation {
+  torsion_free,  ///< geometrically exact Kirchhoff beam without torsion
+  fixed          ///< does not move: no beam solve
+};
+
+/// Cross-section: circular, from its radius.
+struct Section {
+  double radius = 0.0;   ///< a [length]
+  double area = 0.0;     ///< A [length^2]; pi a^2 when the radius is given
+  double inertia = 0.0;  ///< I, second moment of area [length^4]; pi a^4/4 when the radius is given
+};
+
+struct Material {
+  double young = 0.0;    ///< E [force/area]
+  double density = 0.0;  ///< rho_b [mass/length^3]
+};
+
+enum class EndCondition {
+  free,
+  pinned,  ///< position fixed
+  clamped  ///< position and tangent direction fixed (both tangent components normal to it; the stretch stays free)
+};
+
+/// Which end (or both) of a fiber.
+enum class End { start, end };
+
+enum class LoadType {
+  force,   ///< point force at an end [force]
+  moment,  ///< point moment at an end [force length]
+  line     ///< dead line load per reference arc length [force/length]
+};
+
+/// A load; value(x, y, z, t) is evaluated at the reference position. In statics t runs from 0 to 1 and scales nothing by itself:
+/// statics multiply every load by the load factor t.
+struct Load {
+  LoadType type = LoadType::force;
+  End at = End::end;                ///< for force and moment
+  input::VectorExpression value{};
+};
+
+/// Everything about one entry of "fibers" except its geometry.
+struct FiberParameters {
+  std::string name;
+  Formulation formulation = Formulation::torsion_free;
+  Section section;
+  Material material;
+  EndCondition start = EndCondition::free;
+  EndCondition end = EndCondition::free;
+  std::vector<Load> loads;
+};
+
+enum class TimeScheme { generalized_alpha, static_ };
+
+struct BeamTimeParameters {
+  TimeScheme scheme = TimeScheme::generalized_alpha;
+  double rho_inf = 1.0;        ///< spectral radius at infinity, in [0, 1]
+  double tolerance = 1e-10;    ///< Newton: residual relative to the largest force, for beam-only runs
+  Index max_iterations = 30;   ///< Newton
+};
+
+}  // namespace fbi::beam

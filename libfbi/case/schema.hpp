@@ -1,0 +1,84 @@
+/// A whole case: the parameters of all rooms, parsed and validated from one JSON file. Free of PETSc, HDF5 and MPI calls.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/types.hpp"
+#include "beam/parameters.hpp"
+#include "coupling/parameters.hpp"
+#include "fluid/parameters.hpp"
+#include "fsi/parameters.hpp"
+#include "mesh/parameters.hpp"
+
+namespace fbi::cases {
+
+/// The box channel with its boundary conditions.
+struct Channel {
+  mesh::BoxParameters box;
+  fluid::BoundaryConditions boundaries;  ///< by face name xmin ... zmax; all six must be given
+};
+
+/// One entry of "fibers": geometry and physics.
+struct FiberGroup {
+  mesh::CurveParameters curve;
+  mesh::ArrayParameters array;
+  Index elements = 0;  ///< per fiber
+  beam::FiberParameters physics;
+};
+
+/// Something recorded in every row of the history.
+struct Probe {
+  std::string fiber;  ///< name such as "patch/112/7"; empty for a point
+  beam::End at = beam::End::end;
+  Vec3 point = Vec3::Zero();
+  bool forces = false;  ///< fiber probe: drag (force of the fluid on the fiber) and clamp reaction instead of the tip
+};
+
+struct Output {
+  Index every = 0;       ///< field output every N steps; 0 = first and last only
+  Index checkpoint = 0;  ///< checkpoint every N steps; 0 = only at the end and by wall time
+  double checkpoint_minutes = 30.0;  ///< checkpoint by wall time [min]
+  Index fiber_points = 8;            ///< points per element on the written center line
+  std::vector<Probe> probes;
+};
+
+/// A number the run must reproduce.
+struct Expectation {
+  std::string quantity;  ///< a column of the history
+  double value = 0.0;
+  double tolerance = 0.0;            ///< relative when `relative`, else absolute
+  bool relative = true;
+  std::optional<double> time;        ///< at this time; missing = at the end
+  std::string reduce = "last";       ///< last, max, min, max_abs over all steps (ignored when `time` is given)
+};
+
+struct CaseParameters {
+  std::string title;
+  std::optional<fluid::FluidParameters> fluid;  ///< missing = beam-only run
+  std::optional<Channel> channel;               ///< given exactly when `fluid` is
+  std::vector<FiberGroup> fibers;               ///< empty = fluid-only run
+  Vec3 gravity = Vec3::Zero();                  ///< acts on the fibers [length/time^2]
+  coupling::CouplingParameters coupling;
+  fsi::SchemeParameters scheme;
+  fsi::SolverParameters solver;
+  fsi::TimeParameters time;
+  fluid::FluidTimeParameters fluid_time;
+  beam::BeamTimeParameters beam_time;
+  Output output;
+  std::vector<Expectation> expect;
+};
+
+/// Parses and validates the text of a case file. All errors at once: throws Error(usage) whose text holds one line
+/// "name:line:column: path: what; what to do" for each. `name` is the file name used in them.
+CaseParameters parse_case(const std::string& text, const std::string& name);
+
+/// JSON Schema (draft 2020-12) of the case file, for editors.
+std::string case_json_schema();
+
+/// The input reference as Markdown, generated from the same field tables.
+std::string case_reference();
+
+}  // namespace fbi::cases

@@ -1,0 +1,95 @@
+/// The fluid field: state, time integration, matrix-free residual and tangent, boundary conditions.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/types.hpp"
+#include "fluid/parameters.hpp"
+#include "linalg/petsc.hpp"
+#include "mesh/hex_mesh.hpp"
+
+namespace fbi::fluid {
+
+/// Velocity and pressure on a distributed mesh, four interleaved unknowns (vx, vy, vz, p) per node.
+///
+/// Vectors are PETSc ghosted vectors of block size 4: owned nodes first, then ghosts, in the order of the mesh's local nodes.
+/// The equations of a step are R(u) = 0 at t_{n+1} with R of the stabilised weak form (internal minus external); a coupling adds
+/// M^T lambda to R. Rows of given velocity components are Dirichlet rows: R is zero there and the tangent is the identity.
+class FluidField {
+ public:
+  FluidField(const mesh::HexMesh& mesh, const FluidParameters& parameters, const BoundaryConditions& boundaries,
+             const FluidTimeParameters& time);
+  ~FluidField();
+
+  const mesh::HexMesh& mesh() const;
+  const FluidParameters& parameters() const;
+  linalg::VecHandle create_vector() const;  ///< ghosted, zero
+
+  /// Initial velocity by expression, boundary values at t = 0 on top, pressure 0, v'_0 from the flow being at rest or, where
+  /// `consistent_start` allows it, from equilibrium. Call once.
+  void initialize();
+
+  /// Starts the step to t_{n+1} = time: boundary values, tau from the extrapolated velocity, iterate = extrapolation of earlier
+  /// steps with the boundary values of t_{n+1} on top. dt = 0 for steady. Calling it again restarts the same step. Collective.
+  void begin_step(double time, double dt);
+  /// 1/(theta dt) of this step; 0 for steady.
+  double sigma() const;
+  double theta() const;  ///< of this step (1 in start-up steps after an impulsive start, and for steady)
+
+  Vec iterate();  ///< u_{n+1}^i, ghosts up to date after every member function that changes it
+  Vec accepted(); ///< u_n
+  /// Adds an increment (owned part) to the iterate and updates the ghosts. Collective.
+  void increment(Vec delta);
+
+  /// r = R(iterate) on owned rows, zero in Dirichlet rows. Collective.
+  void residual(Vec r);
+  /// The consistent nodal reactions: R(iterate) on all rows, Dirichlet rows included. Collective.
+  void reactions(Vec r);
+  /// Fixes the state at which apply_jacobian and the assembled tangents are taken: the iterate. Collective.
+  void linearize();
+  /// y = dR/du x for the exact tangent at fixed tau; identity in Dirichlet rows, Dirichlet columns dropped. Collective.
+  void apply_jacobian(Vec x, Vec y);
+  /// The same tangent as an AIJ matrix of block size 4 (block structure of the mesh), from the same kernel. Collective.
+  linalg::MatHandle assemble_jacobian();
+
+  /// 1 for Dirichlet unknowns, 0 elsewhere, shape=(local nodes,4).
+  const std::vector<char>& is_dirichlet() const;
+  /// No face leaves the pressure level open: the constant pressure mode is in the kernel; the mean must be fixed to zero.
+  bool pressure_is_free() const;
+  /// Lumped mass sum_b int N_a N_b per local node (ghosts complete), shape=(local nodes) [length^3].
+  const std::vector<double>& lumped_volume() const;
+  /// tau_M of PSPG at each local cell for this step [time/density], shape=(local cells).
+  const std::vector<double>& tau_m() const;
+  /// (Pressure operator for preconditioning) AIJ matrix of int grad N_a . grad N_b with `coefficient` per local cell, plus
+  /// `robin` times the face mass int N_a N_b / h on open (traction, outflow) faces, h = the local cell size normal to the face.
+  linalg::MatHandle pressure_laplacian(const std::vector<double>& coefficient, double robin) const;
+
+  /// Makes the iterate the accepted state, updates v' and the history. Collective.
+  void accept_step();
+
+  /// Kinetic energy 1/2 rho |v|^2, largest CFL number |v| dt/h, largest |v|; of the iterate. Collective.
+  double kinetic_energy();
+  double cfl();
+  double max_velocity();
+  /// rho int v of vector u (velocity part); momentum of the fluid. Collective.
+  Vec3 momentum(Vec u);
+
+  /// State vectors that a restart needs, by name, to save and to restore bitwise (owned part; ghosts are updated by
+  /// `state_restored`), and named scalars (step control, start-up counter).
+  std::vector<std::pair<std::string, Vec>> state();
+  std::vector<std::pair<std::string, double*>> scalars();
+  void state_restored();
+
+  /// Value at given points is post-processing; here only the largest cell size, for reports [length].
+  double smallest_cell() const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace fbi::fluid

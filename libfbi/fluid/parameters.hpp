@@ -1,0 +1,58 @@
+/// Parameters of the fluid: material, stabilisation, boundary conditions, time scheme. Free of PETSc and MPI.
+#pragma once
+
+#include <array>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "base/types.hpp"
+#include "input/expression.hpp"
+
+namespace fbi::fluid {
+
+enum class ConvectiveForm { advective, none };
+enum class ViscousResidual { full, none };
+enum class Tau { franca_valentin };
+
+struct FluidParameters {
+  double density = 1.0;    ///< rho [mass/length^3]
+  double viscosity = 1.0;  ///< dynamic viscosity mu [mass/(length time)]
+  ConvectiveForm convective_form = ConvectiveForm::advective;
+  ViscousResidual viscous_residual = ViscousResidual::full;
+  Tau tau = Tau::franca_valentin;
+  bool tau_time = true;  ///< time-step term in tau_M
+  bool grad_div = true;  ///< tau_C term
+  input::VectorExpression body_force{};        ///< b [length/time^2], an acceleration: the force is rho b
+  input::VectorExpression initial_velocity{};  ///< v(t=0) [length/time]
+};
+
+enum class BoundaryType {
+  inflow,    ///< all velocity components given
+  no_slip,   ///< zero velocity
+  slip,      ///< zero normal velocity, zero tangential traction
+  outflow,   ///< zero traction; optional backflow stabilisation
+  traction,  ///< traction given
+  mixed      ///< some velocity components given, traction on the others
+};
+
+/// Condition on one named face set.
+struct BoundaryCondition {
+  BoundaryType type = BoundaryType::no_slip;
+  /// Prescribed velocity per component [length/time]; for `mixed` a missing component carries the traction instead.
+  std::array<std::optional<input::Expression>, 3> velocity{};
+  input::VectorExpression traction{};  ///< h [force/area], for `traction` and the free components of `mixed`
+  bool backflow = false;               ///< adds -beta rho min(v.n,0) (w,v) on the face
+  double backflow_beta = 0.5;          ///< in [0.5, 1]
+};
+
+using BoundaryConditions = std::map<std::string, BoundaryCondition>;  ///< by face-set name
+
+enum class TimeScheme { one_step_theta, steady };
+
+struct FluidTimeParameters {
+  TimeScheme scheme = TimeScheme::one_step_theta;
+  double theta = 1.0;  ///< in [0.5, 1]
+};
+
+}  // namespace fbi::fluid

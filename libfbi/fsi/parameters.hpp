@@ -1,0 +1,50 @@
+/// Parameters of the coupled solution: scheme, geometry update, tolerances, time steps. Free of PETSc and MPI.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "base/types.hpp"
+
+namespace fbi::fsi {
+
+enum class Scheme { monolithic, aitken };
+enum class GeometryUpdate {
+  lagged,   ///< D, M, kappa from the positions at t_n
+  iterated  ///< from the current iterate
+};
+enum class LinearSolver {
+  automatic,  ///< direct below 30,000 unknowns and for steady flow, else iterative
+  direct,
+  iterative
+};
+enum class CouplingWeight {
+  theta,              ///< w = theta of the fluid: fluid and fiber receive the same impulse
+  one_minus_alpha_f,  ///< the paper's choice
+};
+
+struct SchemeParameters {
+  Scheme scheme = Scheme::monolithic;
+  GeometryUpdate geometry_update = GeometryUpdate::lagged;
+  CouplingWeight coupling_weight = CouplingWeight::theta;
+  double tolerance = 1e-6;            ///< partitioned: change of the interaction force, relative; absolute part below
+  double absolute_tolerance = 1e-12;  ///< the same, per sqrt(N)
+  Index max_iterations = 100;         ///< partitioned
+  double relaxation = 0.1;            ///< first relaxation factor of aitken
+};
+
+struct SolverParameters {
+  LinearSolver linear = LinearSolver::automatic;
+  double newton_tolerance = 1e-6;         ///< residual relative to the first of the step
+  double newton_absolute_tolerance = 1e-12;  ///< absolute, rms per unknown
+  Index newton_iterations = 15;
+  double krylov_tolerance = 1e-4;  ///< relative, per linear solve
+  Index krylov_iterations = 200;
+};
+
+struct TimeParameters {
+  double step = 0.0;   ///< dt [time]
+  double end = 0.0;    ///< [time]
+};
+
+}  // namespace fbi::fsi

@@ -1,0 +1,49 @@
+/// Parameters of the generated box channel and of fiber curves and arrays (what the generator makes).
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "base/types.hpp"
+#include "input/expression.hpp"
+
+namespace fbi::mesh {
+
+/// How the cells of one direction of a box are spread.
+enum class Grading {
+  uniform,    ///< equal cells
+  geometric,  ///< each cell `ratio` times the one before it
+  tanh,       ///< finer towards both ends; `ratio` = largest cell / smallest cell
+};
+
+struct GradingParameters {
+  Grading type = Grading::uniform;
+  double ratio = 1.0;
+};
+
+/// A box of hexahedra, [origin, origin + size].
+struct BoxParameters {
+  Vec3 origin = Vec3::Zero();                  ///< [length]
+  Vec3 size = Vec3::Zero();                    ///< [length]
+  std::array<Index, 3> elements = {0, 0, 0};   ///< cells along x, y, z
+  std::array<GradingParameters, 3> grading{};  ///< along x, y, z
+  bool general = false;  ///< true: treat as a general hexahedral mesh, the box fast path is not taken (for tests and timing)
+};
+
+enum class CurveType { line };
+
+/// Center line of one fiber, or of the first fiber of an array.
+struct CurveParameters {
+  CurveType type = CurveType::line;
+  Vec3 from = Vec3::Zero();  ///< [length]
+  Vec3 to = Vec3::Zero();    ///< [length]
+};
+
+/// Copies of a curve: fiber (i,j,k) is moved by (i,j,k)*spacing, componentwise.
+struct ArrayParameters {
+  std::array<Index, 3> counts = {1, 1, 1};
+  Vec3 spacing = Vec3::Zero();  ///< [length]
+};
+
+}  // namespace fbi::mesh

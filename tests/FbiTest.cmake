@@ -1,0 +1,28 @@
+# fbi_test(NAME SOURCES a.cpp ... LINKS lib ... [RANKS 1 2 3] [LABELS unit ...] [TIMEOUT s])
+#
+# One GoogleTest program; run once for each rank count. mpi_main.cpp is its main: it starts MPI, silences all ranks but 0,
+# fails when any rank fails and turns floating-point traps on.
+function(fbi_test name)
+  cmake_parse_arguments(T "" "TIMEOUT" "SOURCES;LINKS;RANKS;LABELS" ${ARGN})
+  if(NOT T_RANKS)
+    set(T_RANKS 1)
+  endif()
+  if(NOT T_TIMEOUT)
+    set(T_TIMEOUT 300)
+  endif()
+  add_executable(test_${name} ${T_SOURCES} ${PROJECT_SOURCE_DIR}/tests/mpi_main.cpp)
+  target_link_libraries(test_${name} PRIVATE ${T_LINKS} fbi_options GTest::gtest)
+  target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
+  target_compile_definitions(test_${name} PRIVATE FBI_SOURCE_DIR="${PROJECT_SOURCE_DIR}" FBI_BIN_DIR="${PROJECT_BINARY_DIR}/bin")
+  foreach(ranks ${T_RANKS})
+    if(ranks EQUAL 1)
+      add_test(NAME ${name} COMMAND test_${name})
+      set(test ${name})
+    else()
+      set(test ${name}.np${ranks})
+      add_test(NAME ${test} COMMAND ${MPIEXEC_EXECUTABLE} --oversubscribe ${MPIEXEC_NUMPROC_FLAG} ${ranks} $<TARGET_FILE:test_${name}>)
+    endif()
+    set_tests_properties(${test} PROPERTIES LABELS "${T_LABELS}" TIMEOUT ${T_TIMEOUT} PROCESSORS ${ranks} ENVIRONMENT
+      "OMPI_ALLOW_RUN_AS_ROOT=1;OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1;OMP_NUM_THREADS=1;OPENBLAS_NUM_THREADS=1;OMPI_MCA_btl_vader_single_copy_mechanism=none;OMPI_MCA_hwloc_base_binding_policy=none;OMPI_MCA_mpi_yield_when_idle=1")
+  endforeach()
+endfunction()
