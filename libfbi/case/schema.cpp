@@ -1,1 +1,183 @@
 #include "case/schema.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "base/error.hpp"
+#include "case/schema_tables.hpp"
+#include "input/float_traps.hpp"
+#include "input/reader.hpp"
+#include "input/reference_writer.hpp"
+#include "input/schema_writer.hpp"
+#include "input/suggest.hpp"
+
+namespace fbi::cases {
+
+using namespace input;
+
+namespace {
+
+bool is_moving(const FiberGroup& group) { return group.physics.formulation != beam::Formulation::fixed; }
+
+void check_parts(Visitor& v, const CaseParameters& p) {
+  const bool fibers = !p.fibers.empty() || v.failed("fibers");
+  const bool fluid = v.given("fluid");
+  if (fluid && !v.given("channel")) v.error("", "missing key \"channel\": the fluid needs a place to be");
+  if (!fluid && v.given("channel")) {
+    v.error("", "missing key \"fluid\": the channel is empty; add \"fluid\": { \"density\": ..., \"viscosity\": ... }");
+  }
+  if (!fluid && !v.given("channel") && !fibers)
+    v.error("", "nothing to compute: give \"fluid\" and \"channel\", \"fibers\", or all");
+  const auto useless = [&](const char* path, const char* needs) {
+    if (v.given(path)) v.error(path, std::string("has no effect without ") + needs + "; remove it");
+  };
+  if (!fluid && !v.given("channel")) {
+    useless("coupling", "fluid");
+    useless("time.fluid", "fluid");
+    useless("solver", "fluid");
+  }
+  if (!fibers) {
+    useless("coupling", "fibers");
+    useless("time.beam", "fibers");
+    useless("gravity", "fibers (the fluid takes \"body_force\")");
+  }
+  if (!fluid && !p.fibers.empty() && std::none_of(p.fibers.begin(), p.fibers.end(), is_moving)) {
+    v.error("fibers", "nothing to compute: there is no fluid and every fiber is fixed");
+  }
+  for (std::size_t i = 0; i < p.fibers.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (p.fibers[i].physics.name != p.fibers[j].physics.name || p.fibers[i].physics.name.empty()) continue;
+      v.error("fibers[" + std::to_string(i) + "].name", "\"" + p.fibers[i].physics.name +
+                                                            "\" is already the name of fibers[" + std::to_string(j) +
+                                                            "]; names must differ");
+      break;
+    }
+  }
+  for (std::size_t i = 0; i < p.output.probes.size(); ++i) {
+    const std::string path = "output.probes[" + std::to_string(i) + "]";
+    if (v.given(path + ".point") && !fluid) v.error(path + ".point", "there is no fluid to observe; remove the probe");
+    if (v.given(path + ".fiber") && !fibers)
+      v.error(path + ".fiber", "there are no fibers to observe; remove the probe");
+  }
+}
+
+/// Which time scheme needs which of "step" and "end", and that both fields agree about time.
+void check_time(Visitor& v, CaseParameters& p) {
+  const bool moving = std::any_of(p.fibers.begin(), p.fibers.end(), is_moving);
+  const bool static_fibers = moving && p.beam_time.scheme == beam::TimeScheme::static_;
+  const bool dynamic_fibers = moving && !static_fibers;
+  const bool steady = p.fluid && p.fluid_time.scheme == fluid::TimeScheme::steady;
+  const bool unsteady = p.fluid && !steady;
+  if (steady && dynamic_fibers) {
+    v.error("time.fluid.scheme",
+            "steady flow does not go with fibers that move in time; set \"time\": { \"beam\": { \"scheme\": "
+            "\"static\" } }, or \"formulation\": \"fixed\"");
+    return;
+  }
+  if (unsteady && static_fibers) {
+    v.error("time.beam.scheme",
+            "static fibers do not go with flow that changes in time; set \"time\": { \"fluid\": { \"scheme\": "
+            "\"steady\" } }");
+    return;
+  }
+  if (v.failed("time.step") || v.failed("time.end") || v.failed("time.fluid") || v.failed("time.beam")) return;
+  if (unsteady || dynamic_fibers) {
+    if (!v.given("time.step")) v.error("time", "missing key \"step\", the time step; add for example \"step\": 1e-3");
+    if (!v.given("time.end")) v.error("time", "missing key \"end\", the end time; add for example \"end\": 1");
+  } else if (static_fibers) {
+    if (!v.given("time.end")) p.time.end = 1.0;
+    if (!v.given("time.step")) p.time.step = p.time.end;
+  }
+  if (p.time.step > 0.0 && p.time.end > 0.0) {
+    const double steps = p.time.end / p.time.step;
+    const double whole = std::max(1.0, std::round(steps));
+    if (std::abs(steps - whole) > 1e-6 * whole) {
+      v.error("time.end", "must be a whole number of steps, not " + number_text(std::round(steps * 1e4) / 1e4) +
+                              "; use for example " +
+                              number_text(std::stod(number_text(static_cast<float>(whole * p.time.step)))));
+    } else if (whole > 2e9) {
+      v.error("time.step", "makes more than 2e9 steps");
+    }
+  }
+  for (std::size_t i = 0; i < p.expect.size(); ++i) {
+    if (p.expect[i].time && p.time.end > 0.0 && *p.expect[i].time > p.time.end * (1 + 1e-9)) {
+      v.error("expect[" + std::to_string(i) + "].time", "lies after the end time " + number_text(p.time.end));
+    }
+  }
+  if (!static_fibers) return;
+  for (std::size_t i = 0; i < p.fibers.size(); ++i) {
+    const beam::FiberParameters& fiber = p.fibers[i].physics;
+    if (fiber.start == beam::EndCondition::free && fiber.end == beam::EndCondition::free && is_moving(p.fibers[i])) {
+      v.error("fibers[" + std::to_string(i) + "]",
+              "a free fiber has no static equilibrium; add for example \"clamped\": \"start\"");
+    }
+  }
+}
+
+}  // namespace
+
+void describe_case(Visitor& v, CaseParameters& p) {
+  v.text(field("title", "one line about the case"), p.title);
+  v.optional_object(field("fluid", "the fluid; missing: fibers alone"), "Fluid", p.fluid, describe_fluid);
+  v.optional_object(field("channel", "box filled with the fluid, and its boundary conditions"), "Channel", p.channel,
+                    describe_channel);
+  v.list_of(field("fibers", "fibers and arrays of fibers; missing: fluid alone"), "Fibers", p.fibers,
+            describe_fiber_group);
+  v.vector(field("gravity", "acceleration of the fibers, without buoyancy", "length/time^2"), p.gravity);
+  v.object(field("coupling", "between fluid and fibers").optional(), "Coupling",
+           [&](Visitor& inner) { describe_coupling(inner, p.coupling, p.scheme); });
+  v.object(field("solver", "tolerances of the fluid and of the monolithic scheme").optional(), "Solver",
+           [&](Visitor& inner) { describe_solver(inner, p.solver); });
+  v.object(field("time", "time steps and time schemes").optional(), "Time",
+           [&](Visitor& inner) { describe_time(inner, p); });
+  v.object(field("output", "what is written").optional(), "Output",
+           [&](Visitor& inner) { describe_output(inner, p.output); });
+  v.list_of(field("expect", "numbers the run must reproduce; it ends with exit code 5 if it does not"),
+            "Expected value", p.expect, describe_expectation);
+  if (!v.reading()) return;
+  check_parts(v, p);
+  check_time(v, p);
+}
+
+CaseParameters parse_case(const std::string& text, const std::string& name) {
+  const FloatTrapsOff traps_off;  // senseless numbers are reported, not trapped
+  std::vector<Complaint> complaints;
+  const Node root = parse_document(text, complaints);
+  CaseParameters parameters;
+  if (complaints.empty() || root.kind == Node::Kind::object) {
+    Reader::read(
+        root, [&](Visitor& v) { describe_case(v, parameters); }, complaints);
+  }
+  if (complaints.empty()) return parameters;
+  const auto place = [](const Complaint& c) { return std::tie(c.position.line, c.position.column); };
+  std::stable_sort(complaints.begin(), complaints.end(),
+                   [&](const Complaint& a, const Complaint& b) { return place(a) < place(b); });
+  std::string all;
+  for (const Complaint& complaint : complaints) {
+    if (!all.empty()) all += "\n";
+    all += name + ":" + std::to_string(complaint.position.line) + ":" + std::to_string(complaint.position.column) +
+           ": " + complaint.text;
+  }
+  throw Error(ExitCode::usage, all);
+}
+
+std::string case_json_schema() {
+  CaseParameters parameters;
+  return json_schema("Case file of a fluid-fiber computation", [&](Visitor& v) { describe_case(v, parameters); });
+}
+
+std::string case_reference() {
+  CaseParameters parameters;
+  return "# Input reference\n\nThis page is written by `fbi-gen --reference` from the tables that read the input.\n\n"
+         "A case is one JSON file; `//` comments are allowed. A number may also be a constant formula as text, such as "
+         "`\"10/226\"`. A formula is a number, or text with x, y, z, t, pi, e, the functions sin, cos, tan, asin, "
+         "acos, atan, "
+         "atan2, sinh, cosh, tanh, exp, ln, log2, log10, sqrt, abs, sign, rint, min, max, sum, avg, powers `^` and "
+         "choices "
+         "`condition ? a : b`. Units are any consistent set; the dimensions are shown in brackets. Unknown keys are "
+         "errors.\n\n" +
+         reference_page("Case file", [&](Visitor& v) { describe_case(v, parameters); });
+}
+
+}  // namespace fbi::cases

@@ -1,0 +1,144 @@
+/// Tables of one entry of "fibers".
+#include <numbers>
+
+#include "case/schema_tables.hpp"
+
+namespace fbi::cases {
+
+using namespace input;
+
+namespace {
+
+enum class Ends { none, start, end, both };
+
+void describe_curve(Visitor& v, mesh::CurveParameters& p) {
+  v.choice<mesh::CurveType>(field("type", "shape of the center line").required("\"line\""), p.type,
+                            {{mesh::CurveType::line, "line", "straight"}});
+  v.vector(field("from", "start of the fiber", "length").required("[0, 0, 0]"), p.from);
+  v.vector(field("to", "end of the fiber", "length").required("[0, 1, 0]"), p.to);
+}
+
+void describe_array(Visitor& v, mesh::ArrayParameters& p) {
+  v.integers(field("counts", "number of fibers along x, y, z").required("[10, 1, 1]"), p.counts, at_least(1));
+  v.vector(field("spacing", "distance between neighbors along x, y, z", "length").required("[0.1, 0, 0]"), p.spacing);
+  if (!v.reading() || v.failed("counts") || v.failed("spacing") || !v.given("counts") || !v.given("spacing")) return;
+  double total = 1.0;
+  for (int i = 0; i < 3; ++i) {
+    total *= p.counts[i];
+    if (p.counts[i] > 1 && p.spacing[i] == 0.0) {
+      v.error("spacing[" + std::to_string(i) + "]",
+              "must not be 0: " + std::to_string(p.counts[i]) + " fibers of this direction would coincide");
+    }
+  }
+  if (total > 1e8) v.error("counts", "more than 1e8 fibers");
+}
+
+void describe_section(Visitor& v, beam::Section& p) {
+  v.number(field("radius", "radius a of a circular section: A = pi a^2, I = pi a^4/4", "length").optional(), p.radius,
+           positive());
+  v.number(field("area", "area A, together with inertia and instead of radius", "length^2").optional(), p.area,
+           positive());
+  v.number(field("inertia", "second moment of area I, together with area", "length^4").optional(), p.inertia,
+           positive());
+  if (!v.reading()) return;
+  const bool round = v.given("radius"), area = v.given("area"), inertia = v.given("inertia");
+  if (round && (area || inertia)) {
+    v.error("", "contradictory: give either \"radius\" or \"area\" and \"inertia\"");
+  } else if (!round && !(area && inertia)) {
+    v.error("", std::string(area      ? "missing key \"inertia\""
+                            : inertia ? "missing key \"area\""
+                                      : "missing key \"radius\"") +
+                    "; give either \"radius\" or \"area\" and \"inertia\"");
+  } else if (round) {
+    const double square = p.radius * p.radius;
+    p.area = std::numbers::pi * square;
+    p.inertia = 0.25 * std::numbers::pi * square * square;
+    if (!v.failed("radius") && !(p.inertia > 0.0)) v.error("radius", "is too small: its second moment of area is 0");
+  }
+}
+
+void describe_material(Visitor& v, beam::Material& p) {
+  v.number(field("young", "Young's modulus E", "force/area").required("1e7"), p.young, positive());
+  v.number(field("density", "density rho_b", "mass/length^3").required("10"), p.density, positive());
+}
+
+void describe_load(Visitor& v, beam::Load& p) {
+  v.choice<beam::LoadType>(field("type", "kind of load").required("\"force\""), p.type,
+                           {{beam::LoadType::force, "force", "point force at an end [force]"},
+                            {beam::LoadType::moment, "moment", "point moment at an end [force length]"},
+                            {beam::LoadType::line, "line", "dead load per reference arc length [force/length]"}});
+  v.choice<beam::End>(field("at", "the loaded end").only("type", "force or moment", p.type != beam::LoadType::line),
+                      p.at, {{beam::End::start, "start", ""}, {beam::End::end, "end", ""}});
+  v.formulas(field("value",
+                   "load as formulas of x, y, z, t at the reference position; statics multiply it by the load factor t")
+                 .required("[0, 1, 0]"),
+             p.value);
+}
+
+const std::vector<Option<Ends>> ends_options = {
+    {Ends::start, "start", ""}, {Ends::end, "end", ""}, {Ends::both, "both", ""}};
+
+bool has_start(Ends ends) { return ends == Ends::start || ends == Ends::both; }
+bool has_end(Ends ends) { return ends == Ends::end || ends == Ends::both; }
+
+}  // namespace
+
+void describe_fiber_group(Visitor& v, FiberGroup& p) {
+  beam::FiberParameters& physics = p.physics;
+  v.text(
+      field("name",
+            "name of the fiber; those of an array are called name/I/J, zero-based, one index for each direction with "
+            "several fibers")
+          .required("\"patch\""),
+      physics.name);
+  v.object(field("curve", "center line of the fiber, or of the first one of an array")
+               .required("{ \"type\": \"line\", \"from\": [0, 0, 0], \"to\": [0, 1, 0] }"),
+           "Curve", [&](Visitor& inner) { describe_curve(inner, p.curve); });
+  v.object(field("array", "copies of the fiber").optional(), "Array",
+           [&](Visitor& inner) { describe_array(inner, p.array); });
+  v.integer(field("elements", "beam elements of one fiber").required("3"), p.elements, at_least(1));
+  v.choice<beam::Formulation>(
+      field("formulation", "how the fiber moves"), physics.formulation,
+      {{beam::Formulation::torsion_free, "torsion_free", "geometrically exact Kirchhoff beam without torsion"},
+       {beam::Formulation::fixed, "fixed", "does not move; needs neither section nor material"}});
+  const bool moves = physics.formulation != beam::Formulation::fixed;
+  v.object(field("section", "cross-section; required unless formulation is fixed").optional(), "Section",
+           [&](Visitor& inner) { describe_section(inner, physics.section); });
+  v.object(field("material", "linear elastic material; required unless formulation is fixed").optional(), "Material",
+           [&](Visitor& inner) { describe_material(inner, physics.material); });
+  Ends clamped = Ends::none, pinned = Ends::none;
+  v.choice<Ends>(
+      field("clamped", "end where position and direction are held; a fiber without ends given is free").optional(),
+      clamped, ends_options);
+  v.choice<Ends>(field("pinned", "end where the position is held").optional(), pinned, ends_options);
+  v.list_of(field("loads", "loads on each fiber").only("formulation", "torsion_free", moves), "Load", physics.loads,
+            describe_load);
+
+  if (has_start(pinned)) physics.start = beam::EndCondition::pinned;
+  if (has_end(pinned)) physics.end = beam::EndCondition::pinned;
+  if (has_start(clamped)) physics.start = beam::EndCondition::clamped;
+  if (has_end(clamped)) physics.end = beam::EndCondition::clamped;
+
+  if (!v.reading()) return;
+  if ((has_start(clamped) && has_start(pinned)) || (has_end(clamped) && has_end(pinned))) {
+    v.error("pinned", std::string("contradicts \"clamped\": the ") +
+                          (has_start(clamped) && has_start(pinned) ? "start" : "end") + " cannot be both; remove one");
+  }
+  if (!v.failed("formulation") && moves) {
+    if (!v.given("section")) v.error("", "missing key \"section\"; add for example \"section\": { \"radius\": 0.01 }");
+    if (!v.given("material")) {
+      v.error("", "missing key \"material\"; add for example \"material\": { \"young\": 1e7, \"density\": 10 }");
+    }
+  }
+  if (v.given("name") && !v.failed("name")) {
+    if (physics.name.empty()) {
+      v.error("name", "must not be empty");
+    } else if (physics.name.find_first_of("/:,;#\"'\\\t\n\r") != std::string::npos) {
+      v.error("name", "\"" + physics.name +
+                          "\" must not hold any of / : , ; # quotes or backslashes: names become columns of "
+                          "tables and / counts the fibers of an array");
+    }
+  }
+}
+
+}  // namespace fbi::cases

@@ -1,0 +1,170 @@
+/// Tables of "coupling", "solver", "time", "output" and "expect".
+#include <cmath>
+
+#include "case/schema_tables.hpp"
+#include "input/suggest.hpp"
+
+namespace fbi::cases {
+
+using namespace input;
+
+void describe_coupling(Visitor& v, coupling::CouplingParameters& p, fsi::SchemeParameters& scheme) {
+  v.choice<fsi::Scheme>(field("scheme", "how fluid and fibers are solved"), scheme.scheme,
+                        {{fsi::Scheme::monolithic, "monolithic", "together, fibers condensed"},
+                         {fsi::Scheme::aitken, "aitken", "in turns, force relaxed by Aitken's rule"}});
+  v.choice<coupling::Multiplier>(field("multiplier", "Lagrange multipliers on the fibers"), p.multiplier,
+                                 {{coupling::Multiplier::linear, "linear", "linear, continuous over a fiber"}});
+  v.number(field("penalty", "force per fiber length and velocity difference", "force time/length^2"), p.penalty,
+           positive());
+  v.choice<fsi::GeometryUpdate>(field("geometry_update", "fiber positions used by the coupling terms"),
+                                scheme.geometry_update,
+                                {{fsi::GeometryUpdate::lagged, "lagged", "those at the start of the step"},
+                                 {fsi::GeometryUpdate::iterated, "iterated", "those of the current iterate"}});
+  v.choice<fsi::CouplingWeight>(
+      field("weight", "share w of the new coupling force in the fiber equations: w lambda_(n+1) + (1-w) lambda_n"),
+      scheme.coupling_weight,
+      {{fsi::CouplingWeight::theta, "theta", "that of the fluid: both receive the same impulse"},
+       {fsi::CouplingWeight::one_minus_alpha_f, "1-alpha_f", "that of the fibers' generalised-alpha"}});
+  v.integer(field("gauss_points", "integration points of a segment of a fiber within one cell"), p.gauss_points,
+            between(1, 64));
+  v.choice<coupling::Outside>(field("outside", "fibers that reach out of the fluid"), p.outside,
+                              {{coupling::Outside::error, "error", "end the run"},
+                               {coupling::Outside::allow, "allow", "feel the fluid only inside it"}});
+  const bool aitken = scheme.scheme == fsi::Scheme::aitken;
+  const std::string hint = "remove it or set \"scheme\": \"aitken\"";
+  const std::string newton = hint + " (the tolerances of monolithic are those of \"solver\")";
+  v.number(
+      field("tolerance", "largest relative change of the interaction force").only("scheme", "aitken", aitken, newton),
+      scheme.tolerance, positive());
+  v.number(field("absolute_tolerance", "the same, absolute, root mean square", "force")
+               .only("scheme", "aitken", aitken, newton),
+           scheme.absolute_tolerance, at_least(0.0));
+  v.integer(field("max_iterations", "most iterations of a step").only("scheme", "aitken", aitken, newton),
+            scheme.max_iterations, at_least(1));
+  v.number(field("relaxation", "first relaxation factor").only("scheme", "aitken", aitken, hint), scheme.relaxation,
+           Range{.min = 0.0, .max = 1.0, .without_min = true});
+}
+
+void describe_solver(Visitor& v, fsi::SolverParameters& p) {
+  v.choice<fsi::LinearSolver>(
+      field("linear", "solver of the linear systems of the fluid"), p.linear,
+      {{fsi::LinearSolver::automatic, "auto", "direct below 30,000 unknowns and for steady flow"},
+       {fsi::LinearSolver::direct, "direct", "sparse factorisation"},
+       {fsi::LinearSolver::iterative, "iterative", "Krylov method, matrix-free"}});
+  v.number(field("newton_tolerance", "residual relative to the first one of the step"), p.newton_tolerance,
+           between(0.0, 1.0));
+  v.number(field("newton_absolute_tolerance", "residual, root mean square of all unknowns"),
+           p.newton_absolute_tolerance, at_least(0.0));
+  v.integer(field("newton_iterations", "most Newton iterations of a step"), p.newton_iterations, at_least(1));
+  v.number(field("krylov_tolerance", "residual of a linear solve, relative"), p.krylov_tolerance,
+           Range{.min = 0.0, .max = 1.0, .without_min = true});
+  v.integer(field("krylov_iterations", "most iterations of a linear solve"), p.krylov_iterations, at_least(1));
+}
+
+namespace {
+
+void describe_fluid_time(Visitor& v, fluid::FluidTimeParameters& p) {
+  v.choice<fluid::TimeScheme>(field("scheme", "time integration of the fluid"), p.scheme,
+                              {{fluid::TimeScheme::one_step_theta, "one_step_theta", "trapezoidal family"},
+                               {fluid::TimeScheme::steady, "steady", "no time derivative"}});
+  v.number(field("theta", "1 = implicit Euler, 0.5 = trapezoidal rule")
+               .only("scheme", "one_step_theta", p.scheme == fluid::TimeScheme::one_step_theta),
+           p.theta, between(0.5, 1.0));
+}
+
+void describe_beam_time(Visitor& v, beam::BeamTimeParameters& p) {
+  v.choice<beam::TimeScheme>(field("scheme", "time integration of the fibers"), p.scheme,
+                             {{beam::TimeScheme::generalized_alpha, "generalized_alpha", "dynamics"},
+                              {beam::TimeScheme::static_, "static", "equilibrium, loads applied in steps"}});
+  v.number(field("rho_inf", "spectral radius at infinite frequency; 1 = no numerical damping")
+               .only("scheme", "generalized_alpha", p.scheme == beam::TimeScheme::generalized_alpha),
+           p.rho_inf, between(0.0, 1.0));
+  v.number(field("tolerance", "Newton: residual relative to the largest force, in runs without fluid"), p.tolerance,
+           Range{.min = 0.0, .max = 1.0, .without_min = true});
+  v.integer(field("max_iterations", "most Newton iterations of a step"), p.max_iterations, at_least(1));
+}
+
+}  // namespace
+
+void describe_time(Visitor& v, CaseParameters& p) {
+  v.number(
+      field("step",
+            "time step dt; statics: step of the load factor, all at once if missing; not needed for steady flow past "
+            "fixed fibers",
+            "time")
+          .optional(),
+      p.time.step, positive());
+  v.number(
+      field("end", "end time, a whole number of steps; statics: last load factor, 1 if missing", "time").optional(),
+      p.time.end, positive());
+  v.object(field("fluid", "time scheme of the fluid").optional(), "Fluid time",
+           [&](Visitor& inner) { describe_fluid_time(inner, p.fluid_time); });
+  v.object(field("beam", "time scheme of the fibers").optional(), "Beam time",
+           [&](Visitor& inner) { describe_beam_time(inner, p.beam_time); });
+}
+
+namespace {
+
+void describe_probe(Visitor& v, Probe& p) {
+  v.text(field("fiber", "name of a fiber such as patch/112/7: records its displacement").optional(), p.fiber);
+  v.choice<beam::End>(field("at", "the observed end, with fiber"), p.at,
+                      {{beam::End::start, "start", ""}, {beam::End::end, "end", ""}});
+  v.flag(field("forces", "with fiber: record drag and clamp reaction instead"), p.forces);
+  v.vector(field("point", "a point, instead of fiber: records velocity and pressure there", "length").optional(),
+           p.point);
+  if (!v.reading()) return;
+  const bool fiber = v.given("fiber"), point = v.given("point");
+  if (fiber == point)
+    v.error("", fiber ? "contradictory: give \"fiber\" or \"point\"" : "missing key: give \"fiber\" or \"point\"");
+  if (fiber && p.fiber.empty() && !v.failed("fiber")) v.error("fiber", "must not be empty");
+  for (const char* key : {"at", "forces"}) {
+    if (point && !fiber && v.given(key)) v.error(key, "goes with \"fiber\" only; remove it");
+  }
+}
+
+}  // namespace
+
+void describe_output(Visitor& v, Output& p) {
+  v.integer(field("every", "fields are written every so many steps; 0: first and last only"), p.every, at_least(0));
+  v.integer(field("checkpoint", "a checkpoint every so many steps; 0: by wall time and at the end only"), p.checkpoint,
+            at_least(0));
+  v.number(field("checkpoint_minutes", "wall time between checkpoints; 0: never by wall time", "min"),
+           p.checkpoint_minutes, at_least(0.0));
+  v.integer(field("fiber_points", "points of one element on the written center line"), p.fiber_points,
+            between(2, 1000));
+  v.list_of(field("probes", "what is recorded in every step"), "Probe", p.probes, describe_probe);
+}
+
+void describe_expectation(Visitor& v, Expectation& p) {
+  v.text(field("quantity", "a column of the history, such as \"patch/112/7:displacement_x\"")
+             .required("\"beam:displacement_x\""),
+         p.quantity);
+  v.number(field("value", "the expected value").required("0"), p.value);
+  double relative = 0.0, absolute = 0.0;
+  v.number(field("tolerance", "admissible relative deviation").optional(), relative, at_least(0.0));
+  v.number(field("absolute_tolerance", "admissible deviation, instead of tolerance").optional(), absolute,
+           at_least(0.0));
+  v.optional_number(
+      field("time", "the row nearest to this time is compared; missing: the last one, or all by reduce", "time"),
+      p.time, at_least(0.0));
+  v.choice<std::string>(field("reduce", "what is compared when no time is given"), p.reduce,
+                        {{"last", "last", "value at the end"},
+                         {"max", "max", "largest value of all steps"},
+                         {"min", "min", "smallest value"},
+                         {"max_abs", "max_abs", "largest absolute value"}});
+  if (!v.reading()) return;
+  const bool is_relative = v.given("tolerance"), is_absolute = v.given("absolute_tolerance");
+  p.relative = is_relative;
+  p.tolerance = is_relative ? relative : absolute;
+  if (is_relative == is_absolute) {
+    v.error("", is_relative ? "contradictory: give \"tolerance\" or \"absolute_tolerance\""
+                            : "missing key: give \"tolerance\" (relative) or \"absolute_tolerance\"");
+  } else if (is_relative && p.value == 0.0 && v.given("value") && !v.failed("value")) {
+    v.error("tolerance", "a relative tolerance of the value 0 means nothing; use \"absolute_tolerance\"");
+  }
+  if (v.given("time") && v.given("reduce"))
+    v.error("reduce", "contradicts \"time\": one row has nothing to reduce; remove one");
+  if (v.given("quantity") && !v.failed("quantity") && p.quantity.empty()) v.error("quantity", "must not be empty");
+}
+
+}  // namespace fbi::cases
