@@ -1,9 +1,9 @@
 /// A communicator and the few reductions that every room needs.
 #pragma once
 
-#include <string>
-
 #include <mpi.h>
+
+#include <string>
 
 #include "base/types.hpp"
 

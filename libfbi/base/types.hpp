@@ -1,10 +1,9 @@
 /// Types that every room uses.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
-
-#include <Eigen/Core>
 
 namespace fbi {
 

@@ -35,7 +35,7 @@ struct SchemeParameters {
 
 struct SolverParameters {
   LinearSolver linear = LinearSolver::automatic;
-  double newton_tolerance = 1e-6;         ///< residual relative to the first of the step
+  double newton_tolerance = 1e-6;            ///< residual relative to the first of the step
   double newton_absolute_tolerance = 1e-12;  ///< absolute, rms per unknown
   Index newton_iterations = 15;
   double krylov_tolerance = 1e-4;  ///< relative, per linear solve
@@ -43,8 +43,8 @@ struct SolverParameters {
 };
 
 struct TimeParameters {
-  double step = 0.0;   ///< dt [time]
-  double end = 0.0;    ///< [time]
+  double step = 0.0;  ///< dt [time]
+  double end = 0.0;   ///< [time]
 };
 
 }  // namespace fbi::fsi

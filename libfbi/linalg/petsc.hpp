@@ -15,7 +15,8 @@ namespace fbi::linalg {
 void check(PetscErrorCode code, const char* call, const char* file, int line);
 #define FBI_PETSC(call) ::fbi::linalg::check((call), #call, __FILE__, __LINE__)
 
-/// Starts PETSc (after MPI_Init) unless it runs; leaves signal handlers and floating-point traps to the program. Collective.
+/// Starts PETSc (after MPI_Init) unless it runs; leaves signal handlers and floating-point traps to the program.
+/// Collective.
 void initialize_petsc();
 /// Ends PETSc; call before MPI_Finalize. Collective.
 void finalize_petsc();

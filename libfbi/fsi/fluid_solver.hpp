@@ -1,0 +1,90 @@
+/// Linear solver of the fluid with the multiplier term: (A_FF + M^T S^-1 M) x = b.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "coupling/coupling.hpp"
+#include "coupling/interface_operator.hpp"
+#include "fluid/fluid_field.hpp"
+#include "fsi/parameters.hpp"
+#include "linalg/direct.hpp"
+#include "linalg/krylov.hpp"
+#include "linalg/multiplier_factor.hpp"
+#include "linalg/pressure_solver.hpp"
+
+namespace fbi::fsi {
+
+/// Solves with the tangent of the fluid at its linearisation point, with or without fibers.
+///
+/// Iterative: FGMRES with a pressure-splitting block preconditioner. The velocity block is (W^-1 + M^T S^-1 M)^-1 with
+/// W = (rho sigma V_a + mu K_aa)^-1 diagonal, V_a the lumped volume and K_aa the diagonal of the Laplacian, by
+/// Woodbury; it is applied before and after one multigrid cycle for the pressure operator (1/(rho sigma) + tau_M)
+/// Laplacian with a Robin condition at open faces, to which mu times the inverse pressure mass is added. The continuity
+/// rows are scaled by rho sigma h, which gives all rows the unit of a force.
+///
+/// Direct: MUMPS on the assembled system with the multipliers as extra unknowns.
+class FluidSolver {
+ public:
+  /// `coupling` and `interface` are null without fibers. Collective.
+  FluidSolver(fluid::FluidField& fluid, const coupling::Coupling* coupling,
+              const coupling::InterfaceOperator* interface, const SolverParameters& parameters);
+  ~FluidSolver();
+
+  /// True when the direct solver was chosen.
+  bool is_direct() const { return direct_; }
+  /// Scale of continuity rows that makes them comparable with momentum rows, rho sigma h (1 when steady).
+  double continuity_scale() const;
+
+  /// Readies preconditioner or factors for the present linearisation point, M and S. `geometry_changed` and
+  /// `interface_changed` tell what must be renewed. Returns false (on all ranks) when a factorisation failed.
+  /// Collective.
+  bool prepare(bool geometry_changed, bool interface_changed);
+
+  /// x = (A + M^T S^-1 M)^-1 b to `tolerance`; b in unscaled rows. Collective.
+  linalg::KrylovResult solve(Vec b, Vec x, double tolerance);
+
+  /// Where no face fixes the pressure level, removes from the continuity rows of a residual what no solution can
+  /// balance (their mean, the net flux through the boundary); returns that mean. Collective.
+  double project_residual(Vec r) const;
+  /// out (rows,3) = M u. Ghosts of u must be up to date. Collective.
+  void interpolate(Vec u, std::vector<double>& out) const;
+  /// r += M^T lambda in all rows that are not Dirichlet (or in all rows). Collective.
+  void add_spread(const std::vector<double>& lambda, Vec r, bool dirichlet_rows = false) const;
+
+ private:
+  void apply_operator(Vec x, Vec y);
+  void apply_preconditioner(Vec r, Vec x);
+  void velocity_block(const double* r, double* x);
+  void renew_pressure();
+  bool renew_velocity(bool geometry_changed, bool interface_changed);
+  bool factorize_direct();
+  void remove_mean_pressure(Vec x) const;
+
+  fluid::FluidField& fluid_;
+  const coupling::Coupling* coupling_;
+  const coupling::InterfaceOperator* interface_;
+  SolverParameters parameters_;
+  bool direct_ = false;
+  Comm comm_;
+
+  // Iterative.
+  std::unique_ptr<linalg::Krylov> krylov_;
+  std::unique_ptr<linalg::PressureSolver> pressure_;
+  double pressure_coefficient_ = 0.0;  // mean coefficient that the pressure operator was built for
+  double pressure_scale_ = 1.0;        // present mean coefficient over that one
+  std::vector<double> diffusion_;      // diagonal of the Laplacian, shape=(local nodes)
+  std::vector<double> weight_;         // W, shape=(local nodes,3)
+  double weight_sigma_ = -1.0;
+  linalg::MultiplierFactor factor_;
+  linalg::VecHandle ghosted_, work_, work2_, scaled_;
+  linalg::VecHandle pressure_right_, pressure_solution_;
+  mutable std::vector<double> rows_;  // shape=(rows,3)
+
+  // Direct.
+  std::unique_ptr<linalg::DirectSolver> factors_;
+  linalg::MatHandle jacobian_, extended_;
+  linalg::VecHandle extended_right_, extended_solution_;
+};
+
+}  // namespace fbi::fsi

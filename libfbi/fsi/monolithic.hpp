@@ -1,0 +1,23 @@
+/// One Newton loop on fluid, fibers and multipliers together, the fibers condensed (SPEC sections 4 and 5).
+#pragma once
+
+#include "fsi/system.hpp"
+
+namespace fbi::fsi {
+
+/// Solves one step whose begin_step was called. Each iteration condenses the fibers into S and g of S lambda = M v - g,
+/// solves the fluid with the tangent A_FF + M^T S^-1 M, recovers lambda and then the fiber increments; with the
+/// geometry lagged the constraint holds to round-off after every iteration. Also serves fluid alone (no multipliers)
+/// and fixed fibers (S = kappa / epsilon). Converged when the fluid and the fiber residual both fell below
+/// newton_tolerance times their first value, or below newton_absolute_tolerance times the scale of forces. A failure is
+/// a report, not an exception. Collective.
+StepReport solve_monolithic(System& system);
+
+/// Fluid alone for given S and g (null: no multipliers): Newton on the fluid from its iterate, used by the partitioned
+/// schemes. `lambda` returns S^-1 (M v - g). Stops at newton_tolerance times `reference`, which is raised to the first
+/// residual when that is larger (start a step with 0). Adds to the counts of `report`. Returns false when it did not
+/// converge. Collective.
+bool solve_fluid(System& system, const std::vector<double>* g, std::vector<double>& lambda, StepReport& report,
+                 bool geometry_changed, double& reference);
+
+}  // namespace fbi::fsi

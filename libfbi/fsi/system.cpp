@@ -1,0 +1,139 @@
+#include "fsi/system.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/timer.hpp"
+
+namespace fbi::fsi {
+
+System::System(fluid::FluidField* fluid, beam::BeamField* beams, const mesh::FiberMesh* fibers,
+               const coupling::CouplingParameters& coupling_parameters, const SchemeParameters& scheme,
+               const SolverParameters& solver)
+    : fluid_(fluid),
+      beams_(beams),
+      fibers_(fibers),
+      coupling_parameters_(coupling_parameters),
+      scheme_(scheme),
+      solver_parameters_(solver),
+      comm_(fluid != nullptr ? fluid->mesh().comm : fibers->comm) {
+  if (beams_ != nullptr) {
+    fibers_move_ = comm_.any(beams_->moving_fibers() > 0);
+    force_old_.assign(6 * static_cast<std::size_t>(fibers_->nodes()), 0.0);
+  }
+  if (fluid_ == nullptr || beams_ == nullptr) return;
+  coupling_ = std::make_unique<coupling::Coupling>(fluid_->mesh(), *fibers_, coupling_parameters_);
+  interface_ = std::make_unique<coupling::InterfaceOperator>(*fibers_, coupling_parameters_.penalty);
+  lambda_.assign(3 * static_cast<std::size_t>(coupling_->rows()), 0.0);
+  lambda_old_ = lambda_older_ = lambda_;
+}
+
+double System::weight() const {
+  if (scheme_.coupling_weight == CouplingWeight::one_minus_alpha_f) return 1.0 - beams_->alpha_f();
+  return fluid_->theta();
+}
+
+void System::begin_step(double time, double dt) {
+  dt_ = dt;
+  if (beams_ != nullptr) beams_->begin_step(time, dt);
+  if (fluid_ == nullptr) return;
+  fluid_->begin_step(time, dt);
+  if (solver_ == nullptr)
+    solver_ = std::make_unique<FluidSolver>(*fluid_, coupling_.get(), interface_.get(), solver_parameters_);
+}
+
+void System::accept_step() {
+  if (coupling_ != nullptr) {
+    lambda_older_ = lambda_old_;
+    lambda_old_ = lambda_;
+    std::fill(force_old_.begin(), force_old_.end(), 0.0);
+    coupling_->add_d_transposed(lambda_.data(), force_old_, 1.0);
+  }
+  if (fluid_ != nullptr) fluid_->accept_step();
+  if (beams_ != nullptr) beams_->accept_step();
+}
+
+bool System::update_geometry(const std::vector<double>& dofs) {
+  if (!comm_.any(!has_geometry_ || geometry_dofs_ != dofs)) return false;
+  Timed timed("search and D, M, kappa");
+  coupling_->update(dofs);
+  geometry_dofs_ = dofs;
+  has_geometry_ = true;
+  return true;
+}
+
+void System::drop_caches() {
+  has_geometry_ = false;
+  solver_.reset();
+}
+
+std::vector<double> System::fiber_force(const std::vector<double>& lambda) const {
+  const double w = weight();
+  std::vector<double> force(force_old_.size());
+  for (std::size_t k = 0; k < force.size(); ++k) force[k] = (1.0 - w) * force_old_[k];
+  coupling_->add_d_transposed(lambda.data(), force, w);
+  return force;
+}
+
+std::vector<double> System::slip() const {
+  std::vector<double> slip, fiber(lambda_.size());
+  solver_->interpolate(fluid_->iterate(), slip);
+  coupling_->apply_d(beams_->velocity(), fiber.data());
+  for (std::size_t k = 0; k < slip.size(); ++k) slip[k] -= fiber[k];
+  return slip;
+}
+
+double System::constraint_violation() const {
+  if (coupling_ == nullptr || solver_ == nullptr) return 0.0;
+  const std::vector<double> difference = slip();
+  double largest = 0.0;
+  for (Index p = 0; p < coupling_->rows(); ++p) {
+    if (!interface_->is_active(p)) continue;
+    for (int i = 0; i < 3; ++i)
+      largest = std::max(largest, std::abs(difference[3 * static_cast<std::size_t>(p) + i]) / coupling_->kappa()[p]);
+  }
+  largest = comm_.max(largest);
+  const double speed = fluid_->max_velocity();
+  return speed > 0.0 ? largest / speed : largest;
+}
+
+void System::fluid_residual(const std::vector<double>& lambda, Vec r) const {
+  {
+    Timed timed("fluid residual");
+    fluid_->residual(r);
+  }
+  if (coupling_ != nullptr) solver_->add_spread(lambda, r);
+  solver_->project_residual(r);
+}
+
+double System::fluid_norm(Vec r) const {
+  const double scale = solver_->continuity_scale();
+  const double* values = nullptr;
+  FBI_PETSC(VecGetArrayRead(r, &values));
+  double sum = 0.0;
+  for (Index a = 0; a < fluid_->mesh().owned_nodes; ++a) {
+    const double* row = values + 4 * static_cast<std::size_t>(a);
+    sum += row[0] * row[0] + row[1] * row[1] + row[2] * row[2] + scale * scale * row[3] * row[3];
+  }
+  FBI_PETSC(VecRestoreArrayRead(r, &values));
+  return std::sqrt(comm_.sum(sum));
+}
+
+double System::fluid_scale() const {
+  const double sigma = fluid_->sigma();
+  const fluid::FluidParameters& parameters = fluid_->parameters();
+  const std::vector<double>& volume = fluid_->lumped_volume();
+  const double* values = nullptr;
+  FBI_PETSC(VecGetArrayRead(fluid_->iterate(), &values));
+  double sum = 0.0;
+  for (Index a = 0; a < fluid_->mesh().owned_nodes; ++a) {
+    const double* row = values + 4 * static_cast<std::size_t>(a);
+    const double factor =
+        sigma > 0.0 ? parameters.density * sigma * volume[a] : parameters.viscosity * std::cbrt(volume[a]);
+    sum += factor * factor * (row[0] * row[0] + row[1] * row[1] + row[2] * row[2]);
+  }
+  FBI_PETSC(VecRestoreArrayRead(fluid_->iterate(), &values));
+  return std::sqrt(comm_.sum(sum));
+}
+
+}  // namespace fbi::fsi

@@ -1,0 +1,114 @@
+/// The parts of a coupled problem that every scheme works on, and what a step reports.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "beam/beam_field.hpp"
+#include "coupling/coupling.hpp"
+#include "coupling/interface_operator.hpp"
+#include "fluid/fluid_field.hpp"
+#include "fsi/fluid_solver.hpp"
+#include "fsi/parameters.hpp"
+#include "mesh/fiber_mesh.hpp"
+
+namespace fbi::fsi {
+
+/// Residual norms of one iterate, relative to the references of the step.
+struct ResidualNorms {
+  double fluid = 0.0;       ///< momentum and scaled continuity rows
+  double fiber = 0.0;       ///< equilibrium of the fibers
+  double constraint = 0.0;  ///< M v - D v_b - kappa/epsilon lambda, relative to kappa times the largest velocity
+};
+
+/// What one step reports. The same on every rank.
+struct StepReport {
+  bool converged = false;
+  int newton = 0;               ///< nonlinear iterations of the fluid (or of the whole monolithic system)
+  int krylov = 0;               ///< Krylov iterations, all linear solves together
+  int coupling_iterations = 0;  ///< of a partitioned scheme; 1 for monolithic
+  int evaluations = 0;          ///< solutions of both fields
+  double residual = 0.0;        ///< largest of the norms that the step ended with
+  double relaxation = 0.0;      ///< last relaxation factor of a partitioned scheme
+  std::vector<ResidualNorms> history;
+};
+
+/// Fluid, fibers and what joins them; any of them may be missing. Owns everything that belongs to the interface.
+class System {
+ public:
+  /// `fluid` may be null (fibers alone), `beams` may be null (fluid alone). `density` weight etc. come from the
+  /// parameters.
+  System(fluid::FluidField* fluid, beam::BeamField* beams, const mesh::FiberMesh* fibers,
+         const coupling::CouplingParameters& coupling_parameters, const SchemeParameters& scheme,
+         const SolverParameters& solver);
+
+  bool has_fluid() const { return fluid_ != nullptr; }
+  bool has_fibers() const { return beams_ != nullptr; }
+  bool is_coupled() const { return coupling_ != nullptr; }
+  /// Some fiber on some rank has equations to solve.
+  bool fibers_move() const { return fibers_move_; }
+
+  /// Starts the step in both fields and renews what depends on the step. Collective.
+  void begin_step(double time, double dt);
+  /// Makes iterate and multipliers the accepted state.
+  void accept_step();
+  /// Weight w of lambda_{n+1} in the fibers' equation for this step.
+  double weight() const;
+
+  /// D, M, kappa at the positions `dofs`; nothing is done when they are those of the last call. Returns whether they
+  /// changed. Collective.
+  bool update_geometry(const std::vector<double>& dofs);
+  /// Forget what the last geometry was built from (after a restart, or to make a checkpoint reproducible).
+  void drop_caches();
+
+  /// w f_{n+1} + (1-w) f_n with f = D^T lambda for multipliers `lambda`, shape=(fiber nodes,6).
+  std::vector<double> fiber_force(const std::vector<double>& lambda) const;
+  /// Slip M v - D v_b of the iterates, shape=(rows,3). Collective.
+  std::vector<double> slip() const;
+  /// Largest slip per row over kappa, and the largest fluid speed it compares with: returns their ratio. Collective.
+  double constraint_violation() const;
+  /// R(u) + M^T lambda with the unbalanced part of continuity removed. Collective.
+  void fluid_residual(const std::vector<double>& lambda, Vec r) const;
+  /// 2-norm of a fluid residual, continuity rows scaled. Collective.
+  double fluid_norm(Vec r) const;
+  /// A norm that round-off in the fluid residual is measured against: rho sigma V |v| (mu h |v| when steady).
+  /// Collective.
+  double fluid_scale() const;
+
+  fluid::FluidField& fluid() const { return *fluid_; }
+  beam::BeamField& beams() const { return *beams_; }
+  const mesh::FiberMesh& fibers() const { return *fibers_; }
+  coupling::Coupling& coupling() const { return *coupling_; }
+  coupling::InterfaceOperator& interface() const { return *interface_; }
+  FluidSolver& solver() const { return *solver_; }
+  const SchemeParameters& scheme() const { return scheme_; }
+  const SolverParameters& solver_parameters() const { return solver_parameters_; }
+  const coupling::CouplingParameters& coupling_parameters() const { return coupling_parameters_; }
+  const Comm& comm() const { return comm_; }
+
+  std::vector<double>& lambda() { return lambda_; }  ///< iterate, shape=(rows,3) [force/length]
+  const std::vector<double>& lambda() const { return lambda_; }
+  std::vector<double>& force_old() { return force_old_; }  ///< D^T lambda_n, shape=(fiber nodes,6)
+  const std::vector<double>& force_old() const { return force_old_; }
+  std::vector<double>& lambda_old() { return lambda_old_; }      ///< lambda_n
+  std::vector<double>& lambda_older() { return lambda_older_; }  ///< lambda_{n-1}
+
+ private:
+  fluid::FluidField* fluid_;
+  beam::BeamField* beams_;
+  const mesh::FiberMesh* fibers_;
+  coupling::CouplingParameters coupling_parameters_;
+  SchemeParameters scheme_;
+  SolverParameters solver_parameters_;
+  Comm comm_;
+  std::unique_ptr<coupling::Coupling> coupling_;
+  std::unique_ptr<coupling::InterfaceOperator> interface_;
+  std::unique_ptr<FluidSolver> solver_;
+  bool fibers_move_ = false;
+  bool has_geometry_ = false;
+  std::vector<double> geometry_dofs_;
+  std::vector<double> lambda_, lambda_old_, lambda_older_, force_old_;
+  double dt_ = 0.0;
+};
+
+}  // namespace fbi::fsi

@@ -1,0 +1,40 @@
+/// Flexible GMRES on function objects, by PETSc.
+#pragma once
+
+#include <functional>
+
+#include "base/comm.hpp"
+#include "linalg/petsc.hpp"
+
+namespace fbi::linalg {
+
+/// What a linear solve reports.
+struct KrylovResult {
+  int iterations = 0;
+  double relative_residual = 0.0;  ///< last residual norm over the norm of the right-hand side
+  bool converged = false;
+};
+
+/// y = A x, or x = P^-1 r: both arguments are distributed vectors of the layout given at construction.
+using VectorMap = std::function<void(Vec in, Vec out)>;
+
+/// Right-preconditioned flexible GMRES.
+class Krylov {
+ public:
+  /// `layout` fixes the distribution of vectors. `maximum` bounds the iterations of one solve. Collective.
+  Krylov(const Comm& comm, Vec layout, VectorMap matrix, VectorMap preconditioner, int maximum);
+  ~Krylov();
+  Krylov(const Krylov&) = delete;
+  Krylov& operator=(const Krylov&) = delete;
+
+  /// Solves A x = b from x = 0 until |b - A x| <= tolerance |b|. The same on every rank. Collective.
+  KrylovResult solve(Vec b, Vec x, double tolerance);
+
+ private:
+  VectorMap matrix_, preconditioner_;
+  MatHandle shell_;
+  KspHandle ksp_;
+  int maximum_;
+};
+
+}  // namespace fbi::linalg
