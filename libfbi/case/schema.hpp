@@ -1,4 +1,5 @@
-/// A whole case: the parameters of all rooms, parsed and validated from one JSON file. Free of PETSc, HDF5 and MPI calls.
+/// A whole case: the parameters of all rooms, parsed and validated from one JSON file. Free of PETSc, HDF5 and MPI
+/// calls.
 #pragma once
 
 #include <map>
@@ -38,8 +39,8 @@ struct Probe {
 };
 
 struct Output {
-  Index every = 0;       ///< field output every N steps; 0 = first and last only
-  Index checkpoint = 0;  ///< checkpoint every N steps; 0 = only at the end and by wall time
+  Index every = 0;                   ///< field output every N steps; 0 = first and last only
+  Index checkpoint = 0;              ///< checkpoint every N steps; 0 = only at the end and by wall time
   double checkpoint_minutes = 30.0;  ///< checkpoint by wall time [min]
   Index fiber_points = 8;            ///< points per element on the written center line
   std::vector<Probe> probes;
@@ -49,10 +50,10 @@ struct Output {
 struct Expectation {
   std::string quantity;  ///< a column of the history
   double value = 0.0;
-  double tolerance = 0.0;            ///< relative when `relative`, else absolute
+  double tolerance = 0.0;  ///< relative when `relative`, else absolute
   bool relative = true;
-  std::optional<double> time;        ///< at this time; missing = at the end
-  std::string reduce = "last";       ///< last, max, min, max_abs over all steps (ignored when `time` is given)
+  std::optional<double> time;   ///< at this time; missing = at the end
+  std::string reduce = "last";  ///< last, max, min, max_abs over all steps (ignored when `time` is given)
 };
 
 struct CaseParameters {

@@ -1,0 +1,182 @@
+#include "meshgen/quality.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <unordered_map>
+
+#include "base/types.hpp"
+#include "fem/hex8.hpp"
+#include "fem/line_shapes.hpp"
+
+namespace fbi::meshgen {
+namespace {
+
+Vec3 node(const std::vector<double>& values, GlobalIndex n) { return Eigen::Map<const Vec3>(&values[3 * n]); }
+
+/// Point of the element between two nodes at xi.
+Vec3 point_at(const mesh::FiberMeshData& fibers, GlobalIndex first, double length, double xi) {
+  const std::array<double, 4> h = fem::hermite(xi);
+  return h[0] * node(fibers.position, first) + 0.5 * length * h[1] * node(fibers.tangent, first) +
+         h[2] * node(fibers.position, first + 1) + 0.5 * length * h[3] * node(fibers.tangent, first + 1);
+}
+
+/// Squared distance of the segments p + s u and q + t v, s and t in [0, 1].
+double squared_distance(const Vec3& p, const Vec3& u, const Vec3& q, const Vec3& v) {
+  const Vec3 w = p - q;
+  const double a = u.dot(u), b = u.dot(v), c = v.dot(v), d = u.dot(w), e = v.dot(w);
+  const auto clamp = [](double x) { return std::clamp(x, 0.0, 1.0); };
+  const double determinant = a * c - b * b;
+  double s = determinant > 1e-14 * a * c ? clamp((b * e - c * d) / determinant) : 0.0;
+  double t = clamp((b * s + e) / c);
+  s = clamp((b * t - d) / a);
+  t = clamp((b * s + e) / c);
+  double best = (w + s * u - t * v).squaredNorm();
+  // Parallel segments are nearest at an end, too.
+  for (const double end : {0.0, 1.0}) {
+    best = std::min(best, (w + end * u - clamp((b * end + e) / c) * v).squaredNorm());
+    best = std::min(best, (w + clamp((b * end - d) / a) * u - end * v).squaredNorm());
+  }
+  return best;
+}
+
+bool same_nodes(const mesh::FiberMeshData& fibers, GlobalIndex a, GlobalIndex b) {
+  const GlobalIndex nodes = fibers.first_node[a + 1] - fibers.first_node[a];
+  if (nodes != fibers.first_node[b + 1] - fibers.first_node[b]) return false;
+  const double tolerance = 1e-9 * fibers.element_length[fibers.first_node[a] - a];
+  for (GlobalIndex n = 0; n < nodes; ++n) {
+    const Vec3 x = node(fibers.position, fibers.first_node[a] + n);
+    if ((x - node(fibers.position, fibers.first_node[b] + n)).norm() > tolerance) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+double smallest_jacobian(const mesh::HexMeshData& mesh) {
+  std::array<Eigen::Matrix<double, 8, 3>, 8> gradients;
+  for (int a = 0; a < 8; ++a) {
+    gradients[a] = fem::hex8_gradient(Vec3(fem::hex8_corners[a][0], fem::hex8_corners[a][1], fem::hex8_corners[a][2]));
+  }
+  double smallest = 1.0;
+  for (GlobalIndex cell = 0; cell < mesh.cell_count(); ++cell) {
+    Eigen::Matrix<double, 3, 8> x;
+    for (int a = 0; a < 8; ++a) x.col(a) = node(mesh.nodes, mesh.cells[8 * cell + a]);
+    const Mat3 center = x * fem::hex8_gradient(Vec3::Zero());
+    const double scale = center.col(0).norm() * center.col(1).norm() * center.col(2).norm();
+    if (!(scale > 0.0)) return 0.0;
+    for (int a = 0; a < 8; ++a) {
+      const Mat3 jacobian = x * gradients[a];
+      smallest = std::min(smallest, jacobian.determinant() / scale);
+    }
+  }
+  return smallest;
+}
+
+std::vector<OutsideFiber> fibers_outside(const mesh::FiberMeshData& fibers, const mesh::Box& box) {
+  constexpr int samples = 16;
+  const char* names[3][2] = {{"xmin", "xmax"}, {"ymin", "ymax"}, {"zmin", "zmax"}};
+  double low[3], high[3], low_tolerance[3], high_tolerance[3];
+  for (int a = 0; a < 3; ++a) {
+    const std::vector<double>& x = box.coordinates[a];
+    low[a] = x.front();
+    high[a] = x.back();
+    low_tolerance[a] = 1e-9 * (x[1] - x[0]);
+    high_tolerance[a] = 1e-9 * (x[x.size() - 1] - x[x.size() - 2]);
+  }
+  std::vector<OutsideFiber> result;
+  for (GlobalIndex fiber = 0; fiber < fibers.fiber_count(); ++fiber) {
+    OutsideFiber found;
+    found.fiber = fiber;
+    double outside = 0.0, total = 0.0;
+    for (GlobalIndex n = fibers.first_node[fiber]; n + 1 < fibers.first_node[fiber + 1]; ++n) {
+      const double length = fibers.element_length[n - fiber];
+      bool before = false;
+      Vec3 last = Vec3::Zero();
+      for (int i = 0; i <= samples; ++i) {
+        const Vec3 x = point_at(fibers, n, length, 2.0 * i / samples - 1.0);
+        bool is_outside = false;
+        for (int a = 0; a < 3; ++a) {
+          const double beyond[2] = {low[a] - x[a], x[a] - high[a]};
+          const double tolerance[2] = {low_tolerance[a], high_tolerance[a]};
+          for (int side = 0; side < 2; ++side) {
+            if (beyond[side] <= tolerance[side]) continue;
+            is_outside = true;
+            if (beyond[side] > found.distance) {
+              found.distance = beyond[side];
+              found.face = names[a][side];
+            }
+          }
+        }
+        if (i > 0) {
+          const double piece = (x - last).norm();
+          total += piece;
+          outside += piece * (0.5 * before + 0.5 * is_outside);
+        }
+        before = is_outside;
+        last = x;
+      }
+    }
+    if (found.face.empty()) continue;
+    found.share = outside / total;
+    result.push_back(found);
+  }
+  return result;
+}
+
+Crossings crossing_fibers(const mesh::FiberMeshData& fibers, const std::vector<double>& radius) {
+  struct Segment {
+    GlobalIndex fiber;
+    Vec3 start, direction;
+  };
+  std::vector<Segment> segments;
+  double bin = 0.0;
+  for (GlobalIndex fiber = 0; fiber < fibers.fiber_count(); ++fiber) {
+    for (GlobalIndex n = fibers.first_node[fiber]; n + 1 < fibers.first_node[fiber + 1]; ++n) {
+      const Vec3 start = node(fibers.position, n);
+      segments.push_back({fiber, start, node(fibers.position, n + 1) - start});
+      bin = std::max(bin, segments.back().direction.norm() / 4 + 2 * radius[fiber]);
+    }
+  }
+  // Every segment is entered into the bins its box touches, grown by its radius; only those in a common bin are
+  // compared.
+  const auto key = [](std::int64_t x, std::int64_t y, std::int64_t z) {
+    return (x * 73856093) ^ (y * 19349663) ^ (z * 83492791);
+  };
+  std::unordered_map<std::int64_t, std::vector<Index>> bins;
+  Crossings result;
+  std::set<std::pair<GlobalIndex, GlobalIndex>> seen;
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    const Segment& segment = segments[i];
+    const Vec3 end = segment.start + segment.direction;
+    const double margin = radius[segment.fiber] + 1e-9 * bin;
+    std::int64_t low[3], high[3];
+    for (int a = 0; a < 3; ++a) {
+      low[a] = static_cast<std::int64_t>(std::floor((std::min(segment.start[a], end[a]) - margin) / bin));
+      high[a] = static_cast<std::int64_t>(std::floor((std::max(segment.start[a], end[a]) + margin) / bin));
+    }
+    for (std::int64_t x = low[0]; x <= high[0]; ++x) {
+      for (std::int64_t y = low[1]; y <= high[1]; ++y) {
+        for (std::int64_t z = low[2]; z <= high[2]; ++z) {
+          std::vector<Index>& members = bins[key(x, y, z)];
+          for (const Index other_index : members) {
+            const Segment& other = segments[other_index];
+            if (other.fiber == segment.fiber) continue;
+            const double reach = radius[segment.fiber] + radius[other.fiber] + 1e-9 * bin;
+            if (squared_distance(segment.start, segment.direction, other.start, other.direction) >= reach * reach)
+              continue;
+            if (!seen.insert({other.fiber, segment.fiber}).second) continue;
+            result.example[0] = other.fiber;
+            result.example[1] = segment.fiber;
+            (same_nodes(fibers, other.fiber, segment.fiber) ? result.coincident : result.pairs) += 1;
+          }
+          if (members.empty() || members.back() != static_cast<Index>(i)) members.push_back(static_cast<Index>(i));
+        }
+      }
+    }
+  }
+  return result;
+}
+
+}  // namespace fbi::meshgen

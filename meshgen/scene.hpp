@@ -1,0 +1,29 @@
+/// From the parameters of a case to its meshes.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "case/schema.hpp"
+#include "mesh/mesh_data.hpp"
+
+namespace fbi::meshgen {
+
+/// Everything the generator makes of a case.
+struct Scene {
+  mesh::HexMeshData fluid;     ///< empty without a channel
+  mesh::FiberMeshData fibers;  ///< empty without fibers
+};
+
+/// Meshes the channel and the fibers of a case. Errors are Error(geometry): cells without volume, fibers without
+/// length, fibers outside the channel (unless "outside" is "allow"), all at once, one a line. What is odd but possible
+/// (crossing fibers, fibers outside that are allowed) is appended to `warnings`, one line each.
+Scene make_scene(const cases::CaseParameters& parameters, std::vector<std::string>& warnings);
+
+/// Throws Error(usage) when a probe names a fiber that the scene does not have, with the nearest name.
+void check_probes(const cases::Output& output, const mesh::FiberMeshData& fibers);
+
+/// A few lines about the size of the scene: nodes, cells, unknowns, fibers, cell size against fiber diameter.
+std::string summary(const cases::CaseParameters& parameters, const Scene& scene);
+
+}  // namespace fbi::meshgen
