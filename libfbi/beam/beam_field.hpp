@@ -1,11 +1,10 @@
 /// All fibers of this rank: state, time integration, residuals, tangents and their factors.
 #pragma once
 
+#include <Eigen/Core>
 #include <memory>
 #include <string>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "base/types.hpp"
 #include "beam/parameters.hpp"
@@ -43,36 +42,39 @@ class BeamField {
   double velocity_per_displacement() const;
   double alpha_f() const;
 
-  /// Evaluates residual G_b (without any coupling force, internal - external + inertia, at the generalised-alpha level) and
-  /// factorises K_b of every fiber at the current iterate. Constrained rows of G_b are zero.
+  /// Evaluates residual G_b (without any coupling force, internal - external + inertia, at the generalised-alpha level)
+  /// and factorises K_b of every fiber at the current iterate. Constrained rows of G_b are zero.
   void linearize();
   const std::vector<double>& residual() const;
   /// Largest single force entering the residual (internal, inertial, external), for relative tests.
   double force_scale() const;
   /// x = K_b^-1 b for one fiber, b and x of shape=(6*nodes of the fiber); constrained entries of x are zero. In place.
   void solve(Index fiber, double* b) const;
+  /// Removes the part of a force in constrained directions, shape=(nodes,6): what supports carry.
+  void remove_constrained(std::vector<double>& force) const;
   /// block = D K_b^-1 D^T, shape=(3*rows,3*rows), multiplier entries ordered (row, direction). `d` is row-major
   /// shape=(rows, 2*nodes): d_1, t_1, d_2, ..., the same for each direction.
   void compliance(Index fiber, const double* d, Index rows, RowMatrix& block) const;
   /// Adds an increment to the iterate and updates end velocity and acceleration with it.
   void increment(const std::vector<double>& delta);
 
-  /// Newton per fiber with the coupling force entering the residual as -force (already weighted w f_{n+1} + (1-w) f_n), from
-  /// the current iterate. Returns the largest number of iterations; -1 when a fiber did not converge (the same on all ranks).
-  /// Collective.
+  /// Newton per fiber with the coupling force entering the residual as -force (already weighted w f_{n+1} + (1-w) f_n),
+  /// from the current iterate (in dynamics once more from d_n where that fails). Returns the largest number of
+  /// iterations; -1 when a fiber did not converge (the same on all ranks). Collective.
   int solve_step(const std::vector<double>& force);
 
   void accept_step();
 
-  const std::vector<double>& dofs() const;            ///< iterate d_{n+1}
-  const std::vector<double>& velocity() const;        ///< iterate v_{n+1}
-  const std::vector<double>& acceleration() const;    ///< iterate a_{n+1}
-  const std::vector<double>& accepted_dofs() const;   ///< d_n
+  const std::vector<double>& dofs() const;           ///< iterate d_{n+1}
+  const std::vector<double>& velocity() const;       ///< iterate v_{n+1}
+  const std::vector<double>& acceleration() const;   ///< iterate a_{n+1}
+  const std::vector<double>& accepted_dofs() const;  ///< d_n
   const std::vector<double>& accepted_velocity() const;
   const std::vector<double>& accepted_acceleration() const;
 
-  /// Reaction of supports at the generalised-alpha level of the current iterate: residual of constrained DoFs including the
-  /// coupling force `force` (weighted), shape=(nodes,6), zero elsewhere. Position parts are forces exerted on the fiber.
+  /// Reaction of supports at the generalised-alpha level of the current iterate: residual of constrained DoFs including
+  /// the coupling force `force` (weighted), shape=(nodes,6), zero elsewhere. Position parts are forces exerted on the
+  /// fiber.
   std::vector<double> reactions(const std::vector<double>& force) const;
   /// Position columns of the consistent mass times a nodal rate: total linear momentum of this rank's fibers.
   Vec3 linear_momentum(const std::vector<double>& rate) const;

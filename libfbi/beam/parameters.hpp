@@ -42,11 +42,11 @@ enum class LoadType {
   line     ///< dead line load per reference arc length [force/length]
 };
 
-/// A load; value(x, y, z, t) is evaluated at the reference position. In statics t runs from 0 to 1 and scales nothing by itself:
-/// statics multiply every load by the load factor t.
+/// A load; value(x, y, z, t) is evaluated at the reference position. In statics t runs from 0 to 1 and scales nothing
+/// by itself: statics multiply every load by the load factor t.
 struct Load {
   LoadType type = LoadType::force;
-  End at = End::end;                ///< for force and moment
+  End at = End::end;  ///< for force and moment
   input::VectorExpression value{};
 };
 
@@ -65,9 +65,9 @@ enum class TimeScheme { generalized_alpha, static_ };
 
 struct BeamTimeParameters {
   TimeScheme scheme = TimeScheme::generalized_alpha;
-  double rho_inf = 1.0;        ///< spectral radius at infinity, in [0, 1]
-  double tolerance = 1e-10;    ///< Newton: residual relative to the largest force, for beam-only runs
-  Index max_iterations = 30;   ///< Newton
+  double rho_inf = 1.0;       ///< spectral radius at infinity, in [0, 1]
+  double tolerance = 1e-10;   ///< Newton: residual relative to the largest force, for beam-only runs
+  Index max_iterations = 30;  ///< Newton
 };
 
 }  // namespace fbi::beam

@@ -1,0 +1,30 @@
+/// End conditions as projections of the six DoFs of an end node.
+#pragma once
+
+#include "base/types.hpp"
+#include "beam/parameters.hpp"
+
+namespace fbi::beam {
+
+/// What is held at one node: P x removes it, P = diag(0 or I, I or g g^T) with g the reference tangent.
+///
+/// Clamped ends keep the direction of the tangent: its components normal to g are zero, the stretch along g stays free.
+struct NodeConstraint {
+  bool position = false;
+  bool direction = false;
+  Vec3 axis = Vec3::Zero();  ///< g, unit vector
+
+  NodeConstraint() = default;
+  NodeConstraint(EndCondition condition, const Vec3& tangent);
+
+  bool active() const { return position || direction; }
+  /// P x in place, x of shape=(6).
+  void project(double* x) const;
+  /// Replaces the rows and columns of node `local` (0 or 1) of an element matrix, shape=(12,12) row-major, by P K P.
+  void project_element(double* matrix, int local) const;
+  /// Adds s (I - P) to them, s the largest diagonal entry of each kind before projection, so that the matrix stays
+  /// regular.
+  void fill_element(double* matrix, int local, double position_scale, double tangent_scale) const;
+};
+
+}  // namespace fbi::beam
