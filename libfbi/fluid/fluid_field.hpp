@@ -29,8 +29,9 @@ class FluidField {
   const FluidParameters& parameters() const;
   linalg::VecHandle create_vector() const;  ///< ghosted, zero
 
-  /// Initial velocity by expression, boundary values at t = 0 on top, pressure 0, v'_0 from the flow being at rest or, where
-  /// `consistent_start` allows it, from equilibrium. Call once.
+  /// Initial velocity by expression, boundary values at t = 0 on top, pressure 0. With theta < 1: v'_0 = 0 where that is exact
+  /// (rest, no forces, no moving boundary values); otherwise v'_0 = 0 and two steps with theta = 1, after which v' obeys the
+  /// equations and the constraint, at a start error of second order. An impulsive start is reported. Call once. Collective.
   void initialize();
 
   /// Starts the step to t_{n+1} = time: boundary values, tau from the extrapolated velocity, iterate = extrapolation of earlier
@@ -53,7 +54,8 @@ class FluidField {
   void linearize();
   /// y = dR/du x for the exact tangent at fixed tau; identity in Dirichlet rows, Dirichlet columns dropped. Collective.
   void apply_jacobian(Vec x, Vec y);
-  /// The same tangent as an AIJ matrix of block size 4 (block structure of the mesh), from the same kernel. Collective.
+  /// The same tangent as an AIJ matrix of block size 4 (block structure of the mesh), from the same kernel. Every call returns
+  /// the same PETSc matrix with new values (pattern and communication are kept). Collective.
   linalg::MatHandle assemble_jacobian();
 
   /// 1 for Dirichlet unknowns, 0 elsewhere, shape=(local nodes,4).
@@ -71,7 +73,8 @@ class FluidField {
   /// Makes the iterate the accepted state, updates v' and the history. Collective.
   void accept_step();
 
-  /// Kinetic energy 1/2 rho |v|^2, largest CFL number |v| dt/h, largest |v|; of the iterate. Collective.
+  /// Kinetic energy int 1/2 rho |v|^2, largest CFL number sum_d |dxi_d/dx . v| dt/2 at a cell center (on boxes
+  /// sum_i |v_i| dt/h_i), largest nodal |v|; of the iterate. Collective.
   double kinetic_energy();
   double cfl();
   double max_velocity();
@@ -84,7 +87,7 @@ class FluidField {
   std::vector<std::pair<std::string, double*>> scalars();
   void state_restored();
 
-  /// Value at given points is post-processing; here only the largest cell size, for reports [length].
+  /// Smallest V^(1/3) over the cells of all ranks, for reports [length].
   double smallest_cell() const;
 
  private:

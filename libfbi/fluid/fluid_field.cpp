@@ -1,0 +1,449 @@
+#include "fluid/fluid_field.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/log.hpp"
+#include "base/timer.hpp"
+#include "fluid/boundary_conditions.hpp"
+#include "fluid/ghosted.hpp"
+#include "fluid/node_matrix.hpp"
+#include "fluid/operator.hpp"
+
+namespace fbi::fluid {
+
+namespace {
+
+constexpr int startup_steps = 2;  // with theta = 1: v' after them obeys the equations and the constraint of t_2
+constexpr double divergence_limit = 0.1;
+
+bool is_zero(const input::VectorExpression& field) {
+  return std::all_of(field.begin(), field.end(), [](const input::Expression& f) { return f.is_zero(); });
+}
+
+bool depends_on_time(const input::VectorExpression& field) {
+  return std::any_of(field.begin(), field.end(), [](const input::Expression& f) { return f.depends_on_time(); });
+}
+
+}  // namespace
+
+struct FluidField::Implementation {
+  Implementation(const mesh::HexMesh& mesh, const FluidParameters& p, const BoundaryConditions& conditions,
+                 const FluidTimeParameters& t)
+      : mesh(mesh),
+        parameters(p),
+        time_parameters(t),
+        boundaries(mesh, conditions, p.density),
+        cells(mesh, p),
+        iterate(create_ghosted(mesh)),
+        accepted(create_ghosted(mesh)),
+        previous(create_ghosted(mesh)),
+        rate(create_ghosted(mesh)),
+        linearization(create_ghosted(mesh)),
+        work(create_ghosted(mesh)),
+        sum(create_ghosted(mesh)),
+        rest(4 * static_cast<std::size_t>(mesh.local_nodes()), 0.0) {}
+
+  std::size_t unknowns() const { return rest.size(); }
+  std::size_t owned() const { return 4 * static_cast<std::size_t>(mesh.owned_nodes); }
+  bool steady() const { return time_parameters.scheme == TimeScheme::steady; }
+
+  void compute_lumped_volume();
+  void compute_pressure_is_free();
+  void compute_smallest_cell();
+  void evaluate_initial_velocity();
+  void report_start();
+  void evaluate_body_force(double t);
+  void compute_rest();
+  void update_tau();
+  void sum_residual();
+  double largest_speed(Vec u);
+
+  const mesh::HexMesh& mesh;
+  FluidParameters parameters;
+  FluidTimeParameters time_parameters;
+  Boundaries boundaries;
+  Operator cells;
+  linalg::VecHandle iterate, accepted, previous;
+  linalg::VecHandle rate;           // v' of the accepted state; the pressure entries are zero
+  linalg::VecHandle linearization;  // state at which tangents are taken
+  linalg::VecHandle work, sum;
+  std::vector<double> rest;        // nodal dv/dt - b - sigma v of the step
+  std::vector<double> body_force;  // nodal b, empty when zero
+  std::vector<double> lumped_volume;
+  std::unique_ptr<NodeMatrix> jacobian;
+  bool pressure_is_free = false;
+  double smallest_cell = 0.0;
+  double sigma = 0.0, theta = 1.0, dt = 0.0;
+  // history beyond the vectors; doubles so that a restart can hold them
+  double previous_dt = 0.0, accepted_steps = 0.0, startup_left = 0.0;
+};
+
+FluidField::FluidField(const mesh::HexMesh& mesh, const FluidParameters& parameters,
+                       const BoundaryConditions& boundaries, const FluidTimeParameters& time)
+    : implementation_(std::make_unique<Implementation>(mesh, parameters, boundaries, time)) {
+  implementation_->compute_lumped_volume();
+  implementation_->compute_pressure_is_free();
+  implementation_->compute_smallest_cell();
+}
+
+FluidField::~FluidField() = default;
+
+// ---------------------------------------------------------------------------------------------------- setup
+
+void FluidField::Implementation::compute_lumped_volume() {
+  std::vector<double> local(mesh.local_nodes(), 0.0);
+  cells.add_lumped_volume(local.data());
+  {
+    LocalArray w(work);
+    for (std::size_t n = 0; n < local.size(); ++n) w[4 * n] = local[n];
+  }
+  add_ghosts(work);
+  update_ghosts(work);
+  LocalArray w(work);
+  lumped_volume.resize(local.size());
+  for (std::size_t n = 0; n < local.size(); ++n) lumped_volume[n] = w[4 * n];
+}
+
+// The constant pressure is free when it makes no residual in the rows of free velocities: -int div w = 0.
+void FluidField::Implementation::compute_pressure_is_free() {
+  std::vector<double> constant(unknowns(), 0.0);
+  for (std::size_t k = 3; k < unknowns(); k += 4) constant[k] = 1.0;
+  double largest = 0, scale = 0;
+  {
+    LocalArray s(sum);
+    std::fill_n(s.data(), unknowns(), 0.0);
+    cells.add_residual(constant.data(), rest.data(), s.data());
+  }
+  add_ghosts(sum);
+  LocalArray s(sum);
+  for (std::size_t k = 0; k < owned(); ++k) {
+    scale = std::max(scale, std::abs(s[k]));
+    if (k % 4 != 3 && !boundaries.is_dirichlet()[k]) largest = std::max(largest, std::abs(s[k]));
+  }
+  pressure_is_free = mesh.comm.max(largest) <= 1e-10 * mesh.comm.max(scale);
+}
+
+void FluidField::Implementation::compute_smallest_cell() {
+  double smallest = 1e300;
+  for (double volume : cells.volume()) smallest = std::min(smallest, std::cbrt(volume));
+  smallest_cell = mesh.comm.min(smallest);
+}
+
+double FluidField::Implementation::largest_speed(Vec u) {
+  LocalArray a(u);
+  double largest = 0;
+  for (std::size_t k = 0; k < owned(); k += 4)
+    largest = std::max(largest, a[k] * a[k] + a[k + 1] * a[k + 1] + a[k + 2] * a[k + 2]);
+  return std::sqrt(mesh.comm.max(largest));
+}
+
+// ---------------------------------------------------------------------------------------------------- start
+
+void FluidField::Implementation::evaluate_initial_velocity() {
+  std::string error;
+  LocalArray u(accepted);
+  for (Index n = 0; n < mesh.local_nodes(); ++n) {
+    const double* x = mesh.node(n);
+    for (int i = 0; i < 3; ++i) {
+      const double v = parameters.initial_velocity[i](x[0], x[1], x[2], 0.0);
+      if (!std::isfinite(v))
+        error = log::format("the initial velocity is not finite at (%g, %g, %g)", x[0], x[1], x[2]);
+      u[4 * static_cast<std::size_t>(n) + i] = v;
+    }
+  }
+  agree_on_error(mesh.comm, ExitCode::usage, error);
+}
+
+// Says when the data at t = 0 do not fit together: an impulsive start.
+void FluidField::Implementation::report_start() {
+  const double speed = largest_speed(accepted);
+  double mismatch = 0, total = 0;
+  {
+    LocalArray u(accepted), s(sum);
+    mismatch = mesh.comm.max(boundaries.largest_mismatch(u.data()));
+    std::fill_n(s.data(), unknowns(), 0.0);
+    total = mesh.comm.sum(cells.add_divergence(u.data(), s.data()));
+  }
+  add_ghosts(sum);
+  double divergence = 0;  // int of the squared lumped projection of div v
+  {
+    LocalArray s(sum);
+    for (std::size_t n = 0; n < static_cast<std::size_t>(mesh.owned_nodes); ++n)
+      divergence += s[4 * n + 3] * s[4 * n + 3] / lumped_volume[n];
+  }
+  divergence = mesh.comm.sum(divergence);
+  const char* consequence = steady() ? "" : "; v' = 0 at t = 0 and the first two steps use theta = 1";
+  if (mismatch > 1e-8 * std::max(speed, mismatch))
+    log::info("impulsive start: boundary velocities at t = 0 differ from the initial field by up to %g%s", mismatch,
+              consequence);
+  else if (std::sqrt(divergence) > divergence_limit * std::sqrt(total))
+    log::warning("the initial velocity is not divergence-free (|div v| / |grad v| = %.2g in the mean)%s",
+                 std::sqrt(divergence / total), consequence);
+}
+
+void FluidField::initialize() {
+  Implementation& f = *implementation_;
+  f.evaluate_initial_velocity();
+  f.boundaries.set_time(0.0);
+  if (!f.steady()) f.report_start();
+  bool at_rest;
+  {
+    LocalArray u(f.accepted), v(f.iterate), w(f.previous);
+    f.boundaries.apply(u.data());
+    std::copy_n(u.data(), f.unknowns(), v.data());
+    std::copy_n(u.data(), f.unknowns(), w.data());
+    at_rest = std::all_of(u.data(), u.data() + f.unknowns(), [](double x) { return x == 0; });
+  }
+  f.evaluate_body_force(0.0);
+  const bool forced =
+      f.boundaries.has_load() || std::any_of(f.body_force.begin(), f.body_force.end(), [](double b) { return b != 0; });
+  // v' = 0 is exact when nothing moves and nothing pushes; otherwise two steps with theta = 1 give a v' that obeys the
+  // semi-discrete equations and the constraint, at a local error of second order. With theta = 1 v' is not used at all.
+  const bool exact = !f.mesh.comm.any(!at_rest || forced) && !f.boundaries.has_timed_velocity();
+  f.startup_left = exact || f.steady() || f.time_parameters.theta == 1.0 ? 0 : startup_steps;
+  f.accepted_steps = 0;
+}
+
+// ---------------------------------------------------------------------------------------------------- step
+
+void FluidField::Implementation::evaluate_body_force(double t) {
+  if (is_zero(parameters.body_force)) return;
+  if (!body_force.empty() && !depends_on_time(parameters.body_force)) return;
+  body_force.resize(unknowns());
+  std::string error;
+  for (Index n = 0; n < mesh.local_nodes(); ++n) {
+    const double* x = mesh.node(n);
+    for (int i = 0; i < 3; ++i) {
+      const double b = parameters.body_force[i](x[0], x[1], x[2], t);
+      if (!std::isfinite(b))
+        error = log::format("the body force is not finite at (%g, %g, %g), t = %g", x[0], x[1], x[2], t);
+      body_force[4 * static_cast<std::size_t>(n) + i] = b;
+    }
+  }
+  agree_on_error(mesh.comm, ExitCode::diverged, error);
+}
+
+// v' = sigma (v - v_n) - (1/theta - 1) v'_n: everything but sigma v, minus b.
+void FluidField::Implementation::compute_rest() {
+  LocalArray u(accepted), a(rate);
+  const double old = 1 / theta - 1;
+  for (std::size_t k = 0; k < unknowns(); ++k)
+    rest[k] = k % 4 == 3 ? 0.0 : -sigma * u[k] - old * a[k] - (body_force.empty() ? 0.0 : body_force[k]);
+}
+
+void FluidField::Implementation::update_tau() {
+  const double speed = largest_speed(iterate);
+  LocalArray u(iterate);
+  cells.update_tau(u.data(), speed);
+}
+
+void FluidField::begin_step(double time, double dt) {
+  const Timed timed("fluid begin step");
+  Implementation& f = *implementation_;
+  f.dt = f.steady() ? 0.0 : dt;
+  f.theta = f.steady() || f.startup_left > 0 ? 1.0 : f.time_parameters.theta;
+  f.sigma = f.steady() ? 0.0 : 1 / (f.theta * dt);
+  f.boundaries.set_time(time);
+  f.evaluate_body_force(time);
+  f.cells.set_sigma(f.sigma);
+  {
+    LocalArray u(f.iterate), now(f.accepted), before(f.previous);
+    const double ratio = f.accepted_steps >= 2 && !f.steady() ? dt / f.previous_dt : 0.0;
+    for (std::size_t k = 0; k < f.unknowns(); ++k) u[k] = now[k] + ratio * (now[k] - before[k]);
+    f.boundaries.apply(u.data());
+  }
+  f.compute_rest();
+  f.update_tau();
+}
+
+void FluidField::accept_step() {
+  Implementation& f = *implementation_;
+  LocalArray u(f.iterate), now(f.accepted), before(f.previous), a(f.rate);
+  const double old = 1 / f.theta - 1;
+  for (std::size_t k = 0; k < f.unknowns(); ++k) {
+    a[k] = k % 4 == 3 ? 0.0 : f.sigma * (u[k] - now[k]) - old * a[k];
+    before[k] = now[k];
+    now[k] = u[k];
+  }
+  f.previous_dt = f.dt;
+  f.accepted_steps += 1;
+  if (f.startup_left > 0) f.startup_left -= 1;
+}
+
+void FluidField::increment(Vec delta) {
+  Implementation& f = *implementation_;
+  FBI_PETSC(VecAXPY(f.iterate, 1.0, delta));
+  update_ghosts(f.iterate);
+}
+
+// ---------------------------------------------------------------------------------------------------- equations
+
+void FluidField::Implementation::sum_residual() {
+  {
+    LocalArray u(iterate), s(sum);
+    std::fill_n(s.data(), unknowns(), 0.0);
+    cells.add_residual(u.data(), rest.data(), s.data());
+    boundaries.add_residual(u.data(), s.data());
+  }
+  add_ghosts(sum);
+}
+
+void FluidField::residual(Vec r) {
+  const Timed timed("fluid residual");
+  Implementation& f = *implementation_;
+  f.sum_residual();
+  LocalArray s(f.sum);
+  PetscScalar* out = nullptr;
+  FBI_PETSC(VecGetArrayWrite(r, &out));
+  for (std::size_t k = 0; k < f.owned(); ++k) out[k] = f.boundaries.is_dirichlet()[k] ? 0.0 : s[k];
+  FBI_PETSC(VecRestoreArrayWrite(r, &out));
+}
+
+void FluidField::reactions(Vec r) {
+  Implementation& f = *implementation_;
+  f.sum_residual();
+  LocalArray s(f.sum);
+  PetscScalar* out = nullptr;
+  FBI_PETSC(VecGetArrayWrite(r, &out));
+  std::copy_n(s.data(), f.owned(), out);
+  FBI_PETSC(VecRestoreArrayWrite(r, &out));
+}
+
+void FluidField::linearize() {
+  Implementation& f = *implementation_;
+  LocalArray u(f.iterate), v(f.linearization);
+  std::copy_n(u.data(), f.unknowns(), v.data());
+}
+
+void FluidField::apply_jacobian(Vec x, Vec y) {
+  const Timed timed("fluid jacobian");
+  Implementation& f = *implementation_;
+  const std::vector<char>& fixed = f.boundaries.is_dirichlet();
+  const PetscScalar* in = nullptr;
+  FBI_PETSC(VecGetArrayRead(x, &in));
+  {
+    LocalArray w(f.work);
+    for (std::size_t k = 0; k < f.owned(); ++k) w[k] = fixed[k] ? 0.0 : in[k];
+  }
+  update_ghosts(f.work);
+  {
+    LocalArray u(f.linearization), w(f.work), s(f.sum);
+    std::fill_n(s.data(), f.unknowns(), 0.0);
+    f.cells.add_tangent(u.data(), f.rest.data(), w.data(), s.data());
+    f.boundaries.add_tangent(u.data(), w.data(), s.data());
+  }
+  add_ghosts(f.sum);
+  {
+    LocalArray s(f.sum);
+    PetscScalar* out = nullptr;
+    FBI_PETSC(VecGetArrayWrite(y, &out));
+    for (std::size_t k = 0; k < f.owned(); ++k) out[k] = fixed[k] ? in[k] : s[k];
+    FBI_PETSC(VecRestoreArrayWrite(y, &out));
+  }
+  FBI_PETSC(VecRestoreArrayRead(x, &in));
+}
+
+linalg::MatHandle FluidField::assemble_jacobian() {
+  const Timed timed("fluid assembly");
+  Implementation& f = *implementation_;
+  if (!f.jacobian) f.jacobian = std::make_unique<NodeMatrix>(f.mesh, 4);
+  NodeMatrix& matrix = *f.jacobian;
+  matrix.clear();
+  LocalArray u(f.linearization);
+  f.cells.visit_tangents(u.data(), f.rest.data(), [&](Index cell, const Operator::ElementMatrix& m) {
+    for (int a = 0; a < 8; ++a)
+      for (int b = 0; b < 8; ++b)
+        for (int i = 0; i < 4; ++i)
+          for (int j = 0; j < 4; ++j) matrix.entry(cell, a, b, i, j) += m[4 * a + i][4 * b + j];
+  });
+  f.boundaries.visit_tangents(u.data(),
+                              [&](Index cell, const Boundaries::Corners& corners, const Boundaries::FaceMatrix& m) {
+                                for (int a = 0; a < 4; ++a)
+                                  for (int b = 0; b < 4; ++b)
+                                    for (int i = 0; i < 3; ++i)
+                                      for (int j = 0; j < 3; ++j)
+                                        matrix.entry(cell, corners[a], corners[b], i, j) += m[3 * a + i][3 * b + j];
+                              });
+  matrix.set_dirichlet(f.boundaries.is_dirichlet());
+  return matrix.finish();
+}
+
+linalg::MatHandle FluidField::pressure_laplacian(const std::vector<double>& coefficient, double robin) const {
+  const Implementation& f = *implementation_;
+  NodeMatrix matrix(f.mesh, 1);
+  f.cells.visit_laplacians([&](Index cell, const Operator::ScalarMatrix& m) {
+    for (int a = 0; a < 8; ++a)
+      for (int b = 0; b < 8; ++b) matrix.entry(cell, a, b, 0, 0) += coefficient[cell] * m[a][b];
+  });
+  f.boundaries.visit_open_faces(
+      [&](Index cell, const Boundaries::Corners& corners, const Boundaries::FaceMass& m, double area) {
+        const double h = f.cells.volume()[cell] / area;
+        for (int a = 0; a < 4; ++a)
+          for (int b = 0; b < 4; ++b) matrix.entry(cell, corners[a], corners[b], 0, 0) += robin * m[a][b] / h;
+      });
+  return matrix.finish();
+}
+
+// ---------------------------------------------------------------------------------------------------- access
+
+const mesh::HexMesh& FluidField::mesh() const { return implementation_->mesh; }
+const FluidParameters& FluidField::parameters() const { return implementation_->parameters; }
+linalg::VecHandle FluidField::create_vector() const { return create_ghosted(implementation_->mesh); }
+double FluidField::sigma() const { return implementation_->sigma; }
+double FluidField::theta() const { return implementation_->theta; }
+Vec FluidField::iterate() { return implementation_->iterate; }
+Vec FluidField::accepted() { return implementation_->accepted; }
+const std::vector<char>& FluidField::is_dirichlet() const { return implementation_->boundaries.is_dirichlet(); }
+bool FluidField::pressure_is_free() const { return implementation_->pressure_is_free; }
+const std::vector<double>& FluidField::lumped_volume() const { return implementation_->lumped_volume; }
+const std::vector<double>& FluidField::tau_m() const { return implementation_->cells.tau_pressure(); }
+double FluidField::smallest_cell() const { return implementation_->smallest_cell; }
+
+double FluidField::kinetic_energy() {
+  Implementation& f = *implementation_;
+  LocalArray u(f.iterate);
+  return 0.5 * f.parameters.density * f.mesh.comm.sum(f.cells.velocity_squared(u.data()));
+}
+
+double FluidField::cfl() {
+  Implementation& f = *implementation_;
+  LocalArray u(f.iterate);
+  return f.dt * f.mesh.comm.max(f.cells.largest_rate(u.data()));
+}
+
+double FluidField::max_velocity() { return implementation_->largest_speed(implementation_->iterate); }
+
+Vec3 FluidField::momentum(Vec u) {
+  const Implementation& f = *implementation_;
+  const PetscScalar* array = nullptr;
+  FBI_PETSC(VecGetArrayRead(u, &array));
+  Vec3 total = Vec3::Zero();
+  for (std::size_t n = 0; n < static_cast<std::size_t>(f.mesh.owned_nodes); ++n)
+    for (int i = 0; i < 3; ++i) total[i] += f.parameters.density * f.lumped_volume[n] * array[4 * n + i];
+  FBI_PETSC(VecRestoreArrayRead(u, &array));
+  f.mesh.comm.sum(total.data(), 3);
+  return total;
+}
+
+std::vector<std::pair<std::string, Vec>> FluidField::state() {
+  Implementation& f = *implementation_;
+  return {{"velocity_pressure", f.accepted}, {"velocity_pressure_before", f.previous}, {"acceleration", f.rate}};
+}
+
+std::vector<std::pair<std::string, double*>> FluidField::scalars() {
+  Implementation& f = *implementation_;
+  return {
+      {"dt_before", &f.previous_dt}, {"accepted_steps", &f.accepted_steps}, {"startup_steps_left", &f.startup_left}};
+}
+
+void FluidField::state_restored() {
+  Implementation& f = *implementation_;
+  update_ghosts(f.accepted);
+  update_ghosts(f.previous);
+  update_ghosts(f.rate);
+  LocalArray u(f.iterate), now(f.accepted);
+  std::copy_n(now.data(), f.unknowns(), u.data());
+}
+
+}  // namespace fbi::fluid

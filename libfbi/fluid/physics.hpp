@@ -1,0 +1,105 @@
+/// The stabilised Navier-Stokes equations at one point: the one place where the weak form is written down.
+#pragma once
+
+namespace fbi::fluid {
+
+/// A number with its derivative in one direction: forward-mode differentiation.
+template <class T>
+struct Dual {
+  T value;
+  T derivative;
+  Dual() = default;
+  Dual(const T& v) : value(v), derivative(0.0) {}  // NOLINT: a constant has derivative 0
+  Dual(const T& v, const T& d) : value(v), derivative(d) {}
+};
+template <class T>
+inline Dual<T> operator+(const Dual<T>& a, const Dual<T>& b) {
+  return {a.value + b.value, a.derivative + b.derivative};
+}
+template <class T>
+inline Dual<T> operator-(const Dual<T>& a, const Dual<T>& b) {
+  return {a.value - b.value, a.derivative - b.derivative};
+}
+template <class T>
+inline Dual<T> operator*(const Dual<T>& a, const Dual<T>& b) {
+  return {a.value * b.value, a.derivative * b.value + a.value * b.derivative};
+}
+template <class T>
+inline Dual<T> operator*(const T& a, const Dual<T>& b) {
+  return {a * b.value, a * b.derivative};
+}
+
+/// What the equations need to know at a point. T: number type (values, or values with derivatives).
+template <class T>
+struct PointState {
+  T velocity[3];           ///< v [length/time]
+  T gradient[3][3];        ///< dv_i/dx_j [1/time]
+  T pressure;              ///< p [force/area]
+  T pressure_gradient[3];  ///< [force/volume]
+  T acceleration[3];       ///< dv/dt - b [length/time^2]
+  T viscous[3];            ///< lap v + grad div v [1/(length time)]
+};
+
+/// Coefficients that are fixed within a step. B: number type without derivatives.
+template <class B>
+struct PointCoefficients {
+  B density;         ///< rho
+  B viscosity;       ///< mu
+  B tau_convection;  ///< tau_M of SUPG [time/density]
+  B tau_pressure;    ///< tau_M of PSPG [time/density]
+  B tau_divergence;  ///< tau_C of grad-div [viscosity]
+};
+
+/// What is integrated against w, grad w, q and grad q.
+template <class T>
+struct PointFlux {
+  T w[3];
+  T grad_w[3][3];  ///< against dw_i/dx_j
+  T q;
+  T grad_q[3];
+};
+
+/// The weak form of SPEC section 1 (advective form) at one point, left-hand side minus body force:
+///   w: rho (dv/dt - b + (v.grad) v);  grad w: 2 mu eps(v) - p I + tau_C div v I + tau_M rho r_M (x) v;
+///   q: div v;  grad q: tau_M r_M;  r_M = rho (dv/dt - b + (v.grad) v) + grad p - mu (lap v + grad div v).
+/// @tparam Convection       with the convective terms and SUPG; without them: Stokes
+/// @tparam ViscousResidual  with the viscous part of r_M
+template <bool Convection, bool ViscousResidual, class T, class B>
+inline void navier_stokes(const PointState<T>& s, const PointCoefficients<B>& c, PointFlux<T>& flux) {
+  const T divergence = s.gradient[0][0] + s.gradient[1][1] + s.gradient[2][2];
+  T residual[3];
+  for (int i = 0; i < 3; ++i) {
+    T inertia = s.acceleration[i];
+    if constexpr (Convection)
+      inertia = inertia + s.velocity[0] * s.gradient[i][0] + s.velocity[1] * s.gradient[i][1] +
+                s.velocity[2] * s.gradient[i][2];
+    flux.w[i] = c.density * inertia;
+    residual[i] = flux.w[i] + s.pressure_gradient[i];
+    if constexpr (ViscousResidual) residual[i] = residual[i] - c.viscosity * s.viscous[i];
+    flux.grad_q[i] = c.tau_pressure * residual[i];
+  }
+  const T isotropic = c.tau_divergence * divergence - s.pressure;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) flux.grad_w[i][j] = c.viscosity * (s.gradient[i][j] + s.gradient[j][i]);
+    flux.grad_w[i][i] = flux.grad_w[i][i] + isotropic;
+    if constexpr (Convection) {
+      const T scaled = (c.density * c.tau_convection) * residual[i];
+      for (int j = 0; j < 3; ++j) flux.grad_w[i][j] = flux.grad_w[i][j] + scaled * s.velocity[j];
+    }
+  }
+  flux.q = divergence;
+}
+
+inline double negative_part(double x) { return x < 0 ? x : 0.0; }
+inline Dual<double> negative_part(const Dual<double>& x) { return x.value < 0 ? x : Dual<double>(0.0, 0.0); }
+
+/// Backflow stabilisation at a point of an open face, tested with w: -beta rho min(v.n, 0) v (Bertoglio et al. 2018).
+/// @param beta_density  beta rho
+/// @param normal        outward unit normal, shape=(3)
+template <class T>
+inline void backflow(const T* velocity, const double* normal, double beta_density, T* flux) {
+  const T inward = negative_part(normal[0] * velocity[0] + normal[1] * velocity[1] + normal[2] * velocity[2]);
+  for (int i = 0; i < 3; ++i) flux[i] = (-beta_density) * (inward * velocity[i]);
+}
+
+}  // namespace fbi::fluid
