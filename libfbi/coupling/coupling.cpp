@@ -1,0 +1,314 @@
+#include "coupling/coupling.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/error.hpp"
+#include "base/log.hpp"
+#include "base/timer.hpp"
+#include "coupling/cutting.hpp"
+#include "coupling/local_m.hpp"
+#include "coupling/row_exchange.hpp"
+
+namespace fbi::coupling {
+
+namespace {
+
+constexpr double allowed_outside = 0.01;   ///< of a fiber's length
+constexpr double noticed_outside = 1e-9;   ///< of a fiber's length: less is round-off
+constexpr double allowed_identity = 1e-8;  ///< of M.1 = kappa, relative
+
+std::vector<GlobalIndex> row_offsets(const Comm& comm, Index rows) {
+  std::vector<GlobalIndex> offsets(comm.size() + 1, 0);
+  const GlobalIndex own = rows;
+  MPI_Allgather(&own, 1, MPI_INT64_T, offsets.data() + 1, 1, MPI_INT64_T, comm.get());
+  for (int r = 0; r < comm.size(); ++r) offsets[r + 1] += offsets[r];
+  return offsets;
+}
+
+/// `text` of the lowest rank whose `mine` is true, on every rank. Collective.
+std::string text_from(const Comm& comm, bool mine, const std::string& text) {
+  const GlobalIndex root = -comm.max(static_cast<GlobalIndex>(mine ? -comm.rank() : -comm.size()));
+  if (root >= comm.size()) return {};
+  int length = static_cast<int>(text.size());
+  MPI_Bcast(&length, 1, MPI_INT, static_cast<int>(root), comm.get());
+  std::string result = comm.rank() == root ? text : std::string(length, ' ');
+  MPI_Bcast(result.data(), length, MPI_CHAR, static_cast<int>(root), comm.get());
+  return result;
+}
+
+}  // namespace
+
+struct Coupling::Implementation {
+  Implementation(const mesh::HexMesh& fluid_mesh, const mesh::FiberMesh& fiber_mesh, const CouplingParameters& given)
+      : fluid(fluid_mesh),
+        fibers(fiber_mesh),
+        parameters(given),
+        exchange(fluid_mesh.comm),
+        cutting(fluid_mesh, exchange),
+        rule(fem::gauss_legendre(given.gauss_points)),
+        offsets(row_offsets(exchange.comm(), fiber_mesh.nodes())) {
+    GlobalIndex sets = 0;
+    for (const Index group : fibers.group) sets = std::max<GlobalIndex>(sets, group + 1);
+    sets = exchange.comm().max(sets);
+    worst.resize(sets);
+    warned.resize(sets, false);
+    elements.resize(fibers.elements());
+    for (Index f = 0; f < fibers.fibers(); ++f) {
+      for (Index e = fibers.first_element(f); e < fibers.first_element(f + 1); ++e) {
+        const Index node = e + f;
+        double dofs[12];
+        for (int n = 0; n < 2; ++n)
+          for (int i = 0; i < 3; ++i) {
+            dofs[6 * n + i] = fibers.position[3 * static_cast<std::size_t>(node + n) + i];
+            dofs[6 * n + 3 + i] = fibers.tangent[3 * static_cast<std::size_t>(node + n) + i];
+          }
+        elements[e].row = offsets[exchange.comm().rank()] + node;
+        elements[e].curve = hermite_curve(dofs, dofs + 6, fibers.element_length[e]);
+        elements[e].measure = make_measure(elements[e].curve);
+      }
+      const Index nodes = fibers.first_node[f + 1] - fibers.first_node[f];
+      d_blocks.emplace_back(2 * static_cast<std::size_t>(nodes) * nodes);
+    }
+    kappa.resize(fibers.nodes());
+  }
+
+  void set_curves(const std::vector<double>& dofs) {
+    for (Index f = 0; f < fibers.fibers(); ++f)
+      for (Index e = fibers.first_element(f); e < fibers.first_element(f + 1); ++e) {
+        const double* first = &dofs[6 * static_cast<std::size_t>(e + f)];
+        elements[e].curve = hermite_curve(first, first + 6, fibers.element_length[e]);
+      }
+  }
+
+  /// D, kappa and the lengths of this rank's fibers from their segments.
+  void integrate_fibers() {
+    std::fill(kappa.begin(), kappa.end(), 0.0);
+    own_coverage = Coverage();
+    std::fill(worst.begin(), worst.end(), Worst());
+    for (Index f = 0; f < fibers.fibers(); ++f) {
+      std::vector<double>& d = d_blocks[f];
+      std::fill(d.begin(), d.end(), 0.0);
+      const Index nodes = fibers.first_node[f + 1] - fibers.first_node[f];
+      double covered = 0.0, outside = 0.0;
+      for (Index e = fibers.first_element(f); e < fibers.first_element(f + 1); ++e) {
+        FiberIntegrals in, out;
+        for (Index s = cuts.first[e]; s < cuts.first[e + 1]; ++s) {
+          const Segment& segment = cuts.segments[s];
+          const bool inside = segment.cell >= 0;
+          own_coverage.segments += inside;
+          integrate_fiber(elements[e].measure, 0.5 * fibers.element_length[e], rule, segment.begin, segment.end,
+                          inside ? in : out);
+        }
+        const Index node = e - fibers.first_element(f);
+        for (int p = 0; p < rows_per_element; ++p) {
+          kappa[fibers.first_node[f] + node + p] += in.kappa[p];
+          for (int j = 0; j < 4; ++j) d[static_cast<std::size_t>(node + p) * 2 * nodes + 2 * node + j] += in.d[p][j];
+        }
+        covered += in.length;
+        outside += out.length;
+      }
+      own_coverage.covered += covered;
+      own_coverage.outside += outside;
+      const double fraction = outside > 0.0 ? outside / (covered + outside) : 0.0;
+      if (fraction > noticed_outside) ++own_coverage.fibers_outside;
+      own_coverage.worst_fraction = std::max(own_coverage.worst_fraction, fraction);
+      Worst& set = worst[fibers.group[f]];
+      if (fraction > set.fraction) set = {fraction, f};
+    }
+  }
+
+  /// Largest |M.1 - kappa| and |D.1 - kappa| on this rank [length]. Collective.
+  double largest_identity_error() const {
+    std::vector<double> touched(m.row.size(), 0.0), sums(kappa.size(), 0.0);
+    for (std::size_t i = 0; i < m.row.size(); ++i)
+      for (Index k = m.begin[i]; k < m.begin[i + 1]; ++k) touched[i] += m.value[k];
+    rows->add_to_owners(touched.data(), 1, sums.data());
+    double largest = 0.0;
+    for (Index f = 0; f < fibers.fibers(); ++f) {
+      const Index first = fibers.first_node[f], nodes = fibers.first_node[f + 1] - first;
+      for (Index p = 0; p < nodes; ++p) {
+        double d_sum = 0.0;
+        for (Index j = 0; j < nodes; ++j) d_sum += d_blocks[f][static_cast<std::size_t>(p) * 2 * nodes + 2 * j];
+        largest = std::max({largest, std::abs(sums[first + p] - kappa[first + p]), std::abs(d_sum - kappa[first + p])});
+      }
+    }
+    return largest;
+  }
+
+  /// Adds up the coverage of all ranks. Collective.
+  void reduce_coverage() {
+    const Comm& comm = exchange.comm();
+    coverage = own_coverage;
+    double sums[4] = {own_coverage.covered, own_coverage.outside, static_cast<double>(own_coverage.fibers_outside),
+                      static_cast<double>(own_coverage.segments)};
+    comm.sum(sums, 4);
+    coverage.covered = sums[0];
+    coverage.outside = sums[1];
+    coverage.fibers_outside = static_cast<GlobalIndex>(sums[2]);
+    coverage.segments = static_cast<GlobalIndex>(sums[3]);
+    const double own[3] = {own_coverage.worst_fraction, largest_identity_error(),
+                           kappa.empty() ? 0.0 : *std::max_element(kappa.begin(), kappa.end())};
+    double largest[3];
+    MPI_Allreduce(own, largest, 3, MPI_DOUBLE, MPI_MAX, comm.get());
+    coverage.worst_fraction = largest[0];
+    coverage.identity_error = largest[2] > 0.0 ? largest[1] / largest[2] : 0.0;
+    coverage.worst_fiber.clear();
+    if (coverage.worst_fraction > noticed_outside) report_outside();
+  }
+
+  /// Name of the fiber of set `group` that lies outside most (of several the first in the file), on every rank;
+  /// `fraction` is its part outside. Collective.
+  std::string worst_of(std::size_t group, double& fraction) const {
+    const Comm& comm = exchange.comm();
+    fraction = comm.max(worst[group].fraction);
+    const bool candidate = worst[group].fiber >= 0 && worst[group].fraction == fraction;
+    const GlobalIndex id = candidate ? fibers.fiber_id[worst[group].fiber] : std::numeric_limits<GlobalIndex>::max();
+    const GlobalIndex first = -comm.max(-id);
+    const bool mine = candidate && id == first;
+    return text_from(comm, mine, mine ? fibers.name[worst[group].fiber] : std::string());
+  }
+
+  /// Names the worst fiber, warns once for each fiber set, and throws where more is outside than allowed. The same on
+  /// every rank. Collective.
+  void report_outside() {
+    for (std::size_t group = 0; group < worst.size(); ++group) {
+      double fraction = 0.0;
+      const std::string name = worst_of(group, fraction);
+      if (fraction == coverage.worst_fraction && coverage.worst_fiber.empty()) coverage.worst_fiber = name;
+      if (fraction <= noticed_outside || warned[group]) continue;
+      if (fraction > allowed_outside && parameters.outside == Outside::error) continue;  // the error says it
+      warned[group] = true;
+      log::warning(
+          "fiber '%s' lies %.3g %% outside the fluid mesh (%lld fibers reach outside): no fluid force acts there",
+          name.c_str(), 100.0 * fraction, static_cast<long long>(coverage.fibers_outside));
+    }
+    if (coverage.worst_fraction > allowed_outside && parameters.outside == Outside::error)
+      throw Error(ExitCode::geometry,
+                  log::format("fiber '%s' lies %.3g %% outside the fluid mesh (allowed: %g %% of its length): move it, "
+                              "enlarge the channel, or allow it with \"outside\": \"allow\"",
+                              coverage.worst_fiber.c_str(), 100.0 * coverage.worst_fraction, 100.0 * allowed_outside));
+  }
+
+  const mesh::HexMesh& fluid;
+  const mesh::FiberMesh& fibers;
+  CouplingParameters parameters;
+  search::SparseExchange exchange;
+  Cutting cutting;
+  fem::QuadratureRule rule;
+  std::vector<GlobalIndex> offsets;       ///< first row of each rank, shape=(ranks+1)
+  std::vector<ElementGeometry> elements;  ///< of this rank's fibers
+  ElementSegments cuts;
+  Pieces pieces;
+  std::vector<double> kappa;
+  std::vector<std::vector<double>> d_blocks;
+  LocalM m;
+  std::unique_ptr<RowExchange> rows;
+  Coverage own_coverage, coverage;
+  struct Worst {
+    double fraction = 0.0;  ///< outside
+    Index fiber = -1;       ///< local
+  };
+  std::vector<Worst> worst;  ///< of each fiber set, on this rank
+  std::vector<bool> warned;  ///< for each fiber set
+};
+
+Coupling::Coupling(const mesh::HexMesh& fluid, const mesh::FiberMesh& fibers, const CouplingParameters& parameters)
+    : implementation_(std::make_unique<Implementation>(fluid, fibers, parameters)) {}
+
+Coupling::~Coupling() = default;
+
+void Coupling::update(const std::vector<double>& dofs) {
+  const Timed timed("coupling operators");
+  Implementation& my = *implementation_;
+  const bool finite = std::all_of(dofs.begin(), dofs.end(), [](double value) { return std::isfinite(value); });
+  if (my.exchange.comm().any(!finite))
+    throw Error(ExitCode::diverged,
+                "the fibers have positions that are not numbers: reduce the time step or the loads");
+  my.set_curves(dofs);
+  {
+    const Timed search("search and cut");
+    my.cutting.cut(my.elements, my.cuts);
+  }
+  my.integrate_fibers();
+  Index failed = 0;
+  {
+    const Timed assembly("integrate M");
+    my.cutting.deliver(my.elements, my.cuts, my.pieces);
+    failed = assemble_m(my.fluid, my.pieces, my.rule, my.m);
+  }
+  my.rows = std::make_unique<RowExchange>(my.exchange, my.offsets, my.m.row);
+  my.reduce_coverage();
+  if (my.exchange.comm().any(failed > 0) || my.coverage.identity_error > allowed_identity)
+    throw Error(
+        ExitCode::geometry,
+        log::format("the coupling operators violate M.1 = kappa by %.2g: a fluid cell crossed by a fiber is inverted "
+                    "or degenerate; check the mesh",
+                    my.coverage.identity_error));
+}
+
+Index Coupling::rows() const { return implementation_->fibers.nodes(); }
+GlobalIndex Coupling::first_row() const { return implementation_->offsets[implementation_->exchange.comm().rank()]; }
+GlobalIndex Coupling::global_rows() const { return implementation_->offsets.back(); }
+Index Coupling::first_row_of(Index fiber) const { return implementation_->fibers.first_node[fiber]; }
+const std::vector<double>& Coupling::kappa() const { return implementation_->kappa; }
+const std::vector<double>& Coupling::d_block(Index fiber) const { return implementation_->d_blocks[fiber]; }
+const LocalM& Coupling::local_m() const { return implementation_->m; }
+const Coverage& Coupling::coverage() const { return implementation_->coverage; }
+
+void Coupling::interpolate(const double* nodal, int stride, double* out) const {
+  const LocalM& m = implementation_->m;
+  std::vector<double> touched(3 * m.row.size(), 0.0);
+  for (std::size_t i = 0; i < m.row.size(); ++i)
+    for (Index k = m.begin[i]; k < m.begin[i + 1]; ++k) {
+      const double* v = nodal + static_cast<std::size_t>(m.node[k]) * stride;
+      for (int c = 0; c < 3; ++c) touched[3 * i + c] += m.value[k] * v[c];
+    }
+  std::fill(out, out + 3 * static_cast<std::size_t>(rows()), 0.0);
+  implementation_->rows->add_to_owners(touched.data(), 3, out);
+}
+
+void Coupling::spread(const double* lambda, int stride, double* nodal, double scale) const {
+  const LocalM& m = implementation_->m;
+  std::vector<double> touched(3 * m.row.size(), 0.0);
+  implementation_->rows->copy_from_owners(lambda, 3, touched.data());
+  for (std::size_t i = 0; i < m.row.size(); ++i)
+    for (Index k = m.begin[i]; k < m.begin[i + 1]; ++k) {
+      double* f = nodal + static_cast<std::size_t>(m.node[k]) * stride;
+      for (int c = 0; c < 3; ++c) f[c] += scale * m.value[k] * touched[3 * i + c];
+    }
+}
+
+void Coupling::apply_d(const std::vector<double>& q, double* out) const {
+  const mesh::FiberMesh& fibers = implementation_->fibers;
+  for (Index f = 0; f < fibers.fibers(); ++f) {
+    const std::size_t first = fibers.first_node[f], nodes = fibers.first_node[f + 1] - first;
+    for (std::size_t p = 0; p < nodes; ++p) {
+      const double* d = &implementation_->d_blocks[f][p * 2 * nodes];
+      double sum[3] = {0.0, 0.0, 0.0};
+      for (std::size_t j = 0; j < nodes; ++j)
+        for (int i = 0; i < 3; ++i)
+          sum[i] += d[2 * j] * q[6 * (first + j) + i] + d[2 * j + 1] * q[6 * (first + j) + 3 + i];
+      for (int i = 0; i < 3; ++i) out[3 * (first + p) + i] = sum[i];
+    }
+  }
+}
+
+void Coupling::add_d_transposed(const double* lambda, std::vector<double>& q, double scale) const {
+  const mesh::FiberMesh& fibers = implementation_->fibers;
+  for (Index f = 0; f < fibers.fibers(); ++f) {
+    const std::size_t first = fibers.first_node[f], nodes = fibers.first_node[f + 1] - first;
+    for (std::size_t p = 0; p < nodes; ++p) {
+      const double* d = &implementation_->d_blocks[f][p * 2 * nodes];
+      for (std::size_t j = 0; j < nodes; ++j)
+        for (int i = 0; i < 3; ++i) {
+          const double force = scale * lambda[3 * (first + p) + i];
+          q[6 * (first + j) + i] += d[2 * j] * force;
+          q[6 * (first + j) + 3 + i] += d[2 * j + 1] * force;
+        }
+    }
+  }
+}
+
+}  // namespace fbi::coupling

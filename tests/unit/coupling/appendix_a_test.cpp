@@ -1,0 +1,49 @@
+// One fiber element in one distorted hexahedron: Appendix A of Hagemeyer, Mayr, Popp 2024 with its misprints corrected.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "coupling/coupling_matrices.hpp"
+
+namespace fbi::coupling {
+namespace {
+
+TEST(AppendixA, MatricesToTwelveDigits) {
+  std::ifstream file(FBI_SOURCE_DIR "/tests/unit/coupling/data/appendix_a.json");
+  ASSERT_TRUE(file.good());
+  const nlohmann::json data = nlohmann::json::parse(file);
+  double dofs[12];
+  for (int i = 0; i < 3; ++i) {
+    dofs[i] = data["beam"]["x1"][i];
+    dofs[3 + i] = data["beam"]["t1"][i];
+    dofs[6 + i] = data["beam"]["x2"][i];
+    dofs[9 + i] = data["beam"]["t2"][i];
+  }
+  const double length = data["beam"]["ref_length"];
+  Eigen::Matrix<double, 3, 8> corners;
+  for (int a = 0; a < 8; ++a)
+    for (int i = 0; i < 3; ++i) corners(i, a) = data["hex_nodes"][a][i];
+  const Curve curve = hermite_curve(dofs, dofs + 6, length);
+  const Measure measure = make_measure(curve);
+  const fem::QuadratureRule rule = fem::gauss_legendre(data["gauss_points"]);
+  FiberIntegrals fiber;
+  integrate_fiber(measure, 0.5 * length, rule, -1.0, 1.0, fiber);
+  std::array<std::array<double, 8>, rows_per_element> m{};
+  ASSERT_TRUE(integrate_fluid(curve, measure, make_cell(corners), rule, -1.0, 1.0, m));
+  for (int p = 0; p < 2; ++p) {
+    EXPECT_NEAR(fiber.kappa[p], data["kappa"][p].get<double>(), 1e-12);
+    for (int j = 0; j < 4; ++j)
+      EXPECT_NEAR(fiber.d[p][j], data["D_rows_multiplier_columns_d1_t1_d2_t2"][p][j].get<double>(), 1e-12);
+    double sum = 0.0;
+    for (int a = 0; a < 8; ++a) {
+      EXPECT_NEAR(m[p][a], data["M_rows_multiplier_columns_hex_nodes"][p][a].get<double>(), 1e-12);
+      sum += m[p][a];
+    }
+    EXPECT_NEAR(sum, fiber.kappa[p], 1e-15);
+    EXPECT_NEAR(fiber.d[p][0] + fiber.d[p][2], fiber.kappa[p], 1e-15);
+  }
+}
+
+}  // namespace
+}  // namespace fbi::coupling
