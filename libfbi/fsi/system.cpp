@@ -20,6 +20,7 @@ System::System(fluid::FluidField* fluid, beam::BeamField* beams, const mesh::Fib
   if (beams_ != nullptr) {
     fibers_move_ = comm_.any(beams_->moving_fibers() > 0);
     force_old_.assign(6 * static_cast<std::size_t>(fibers_->nodes()), 0.0);
+    last_force_ = force_old_;
   }
   if (fluid_ == nullptr || beams_ == nullptr) return;
   coupling_ = std::make_unique<coupling::Coupling>(fluid_->mesh(), *fibers_, coupling_parameters_);
@@ -44,6 +45,7 @@ void System::begin_step(double time, double dt) {
 
 void System::accept_step() {
   if (coupling_ != nullptr) {
+    last_force_ = fiber_force(lambda_);
     lambda_older_ = lambda_old_;
     lambda_old_ = lambda_;
     std::fill(force_old_.begin(), force_old_.end(), 0.0);

@@ -90,6 +90,8 @@ class System {
   const std::vector<double>& lambda() const { return lambda_; }
   std::vector<double>& force_old() { return force_old_; }  ///< D^T lambda_n, shape=(fiber nodes,6)
   const std::vector<double>& force_old() const { return force_old_; }
+  /// The coupling force w f_{n+1} + (1-w) f_n in the fibers' equation of the last accepted step, shape=(fiber nodes,6).
+  const std::vector<double>& last_force() const { return last_force_; }
   std::vector<double>& lambda_old() { return lambda_old_; }      ///< lambda_n
   std::vector<double>& lambda_older() { return lambda_older_; }  ///< lambda_{n-1}
 
@@ -107,7 +109,7 @@ class System {
   bool fibers_move_ = false;
   bool has_geometry_ = false;
   std::vector<double> geometry_dofs_;
-  std::vector<double> lambda_, lambda_old_, lambda_older_, force_old_;
+  std::vector<double> lambda_, lambda_old_, lambda_older_, force_old_, last_force_;
   double dt_ = 0.0;
 };
 

@@ -57,6 +57,7 @@ struct MultiplierFactor::Implementation {
   Implementation() {
     cholmod_start(&common);
     common.print = 0;
+    common.final_ll = 1;  // LL^T, so that an indefinite matrix is noticed
     common.try_catch = 1;
   }
   ~Implementation() {

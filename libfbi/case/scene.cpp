@@ -1,0 +1,144 @@
+#include "case/scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/log.hpp"
+#include "base/progress.hpp"
+#include "fem/hex8.hpp"
+
+namespace fbi::cases {
+namespace {
+
+constexpr int time_samples = 20;  // of prescribed velocities, to find the largest
+
+/// Largest prescribed speed on the boundary and in the initial field, over the nodes of this rank.
+double largest_speed(const CaseParameters& parameters, const mesh::HexMesh& mesh) {
+  double largest = 0.0;
+  const auto look = [&](const std::array<const input::Expression*, 3>& v, const double* x, double t) {
+    double square = 0.0;
+    for (const input::Expression* component : v) {
+      const double value = component != nullptr ? (*component)(x[0], x[1], x[2], t) : 0.0;
+      square += value * value;
+    }
+    largest = std::max(largest, std::sqrt(square));
+  };
+  for (const auto& [name, condition] : parameters.channel->boundaries) {
+    if (condition.type != fluid::BoundaryType::inflow && condition.type != fluid::BoundaryType::mixed) continue;
+    std::array<const input::Expression*, 3> v{};
+    bool time_dependent = false;
+    for (int i = 0; i < 3; ++i)
+      if (condition.velocity[i]) {
+        v[i] = &*condition.velocity[i];
+        time_dependent = time_dependent || v[i]->depends_on_time();
+      }
+    const auto faces = mesh.faces.find(name);
+    if (faces == mesh.faces.end()) continue;
+    for (const mesh::HexMesh::LocalFace& face : faces->second)
+      for (const int a : fem::hex8_faces[face.face]) {
+        const double* x = mesh.node(mesh.cells[8 * static_cast<std::size_t>(face.cell) + a]);
+        for (int k = 0; k <= (time_dependent ? time_samples : 0); ++k)
+          look(v, x, parameters.time.end * k / time_samples);
+      }
+  }
+  const input::VectorExpression& initial = parameters.fluid->initial_velocity;
+  if (!initial[0].is_zero() || !initial[1].is_zero() || !initial[2].is_zero())
+    for (Index a = 0; a < mesh.owned_nodes; ++a) look({&initial[0], &initial[1], &initial[2]}, mesh.node(a), 0.0);
+  return largest;
+}
+
+}  // namespace
+
+Scene inspect(const CaseParameters& parameters, const mesh::HexMesh* fluid, const mesh::FiberMesh& fibers,
+              const fluid::FluidField* field, const beam::BeamField* beams) {
+  Scene scene;
+  const Comm& comm = fibers.comm;
+  scene.fibers = fibers.global_fibers;
+  scene.fiber_dofs = 6 * fibers.global_nodes;
+  if (beams != nullptr) {
+    scene.highest_frequency = comm.max(beams->highest_frequency());
+    double longest = 0.0;
+    for (Index f = 0; f < fibers.fibers(); ++f) {
+      double length = 0.0;
+      for (Index e = fibers.first_element(f); e < fibers.first_element(f + 1); ++e) length += fibers.element_length[e];
+      longest = std::max(longest, length);
+    }
+    scene.fiber_length = comm.max(longest);
+    for (const FiberGroup& group : parameters.fibers) {
+      scene.largest_radius = std::max(scene.largest_radius, group.physics.section.radius);
+      if (group.physics.formulation == beam::Formulation::fixed) continue;
+      const double stiffness = group.physics.material.young * group.physics.section.inertia;
+      scene.stiffness = scene.stiffness == 0.0 ? stiffness : std::min(scene.stiffness, stiffness);
+    }
+  }
+  if (fluid == nullptr) {
+    scene.memory = 2000.0 * static_cast<double>(scene.fiber_dofs);
+    scene.disk_per_output = 8.0 * static_cast<double>(fibers.global_elements * parameters.output.fiber_points * 10);
+    return scene;
+  }
+  scene.fluid_nodes = fluid->global_nodes;
+  scene.fluid_dofs = 4 * fluid->global_nodes;
+  scene.multiplier_dofs = beams != nullptr ? 3 * fibers.global_nodes : 0;
+  scene.smallest_cell = field->smallest_cell();
+  scene.speed = comm.max(largest_speed(parameters, *fluid));
+  scene.height = parameters.channel->box.size.minCoeff();
+  // Per node: about 60 vectors of four unknowns (Krylov basis included), the pressure matrix and its multigrid levels, the mesh.
+  scene.memory = 3500.0 * static_cast<double>(scene.fluid_nodes) + 20000.0 * static_cast<double>(fibers.global_nodes);
+  scene.disk_per_output = 32.0 * static_cast<double>(scene.fluid_nodes) +
+                          8.0 * static_cast<double>(fibers.global_elements * parameters.output.fiber_points * 10);
+  return scene;
+}
+
+void print_scene(const Scene& scene, const CaseParameters& parameters) {
+  const double dt = parameters.time.step;
+  if (scene.fluid_dofs > 0)
+    log::info("fluid         %lld unknowns (%lld nodes), smallest cell %.4g", static_cast<long long>(scene.fluid_dofs),
+              static_cast<long long>(scene.fluid_nodes), scene.smallest_cell);
+  if (scene.fibers > 0)
+    log::info("fibers        %lld with %lld unknowns, %lld multipliers", static_cast<long long>(scene.fibers),
+              static_cast<long long>(scene.fiber_dofs), static_cast<long long>(scene.multiplier_dofs));
+  if (scene.fluid_dofs > 0 && scene.largest_radius > 0.0)
+    log::info("resolution    h = %.2f fiber diameters (the fluid does not see the radius, only h: drag is that of a radius "
+              "of 0.06 h to 0.6 h)",
+              scene.smallest_cell / (2.0 * scene.largest_radius));
+  if (scene.fluid_dofs > 0) {
+    const double density = parameters.fluid->density, viscosity = parameters.fluid->viscosity;
+    log::info("Reynolds      %.4g (largest prescribed speed %.4g, smallest extent %.4g)%s",
+              density * scene.speed * scene.height / viscosity, scene.speed, scene.height,
+              scene.largest_radius > 0.0
+                  ? log::format(", %.4g on the fiber diameter", density * scene.speed * 2.0 * scene.largest_radius / viscosity)
+                        .c_str()
+                  : "");
+    if (dt > 0.0)
+      log::info("CFL           %.3g (speed dt / h), mu dt/(rho h^2) = %.3g", scene.speed * dt / scene.smallest_cell,
+                viscosity * dt / (density * scene.smallest_cell * scene.smallest_cell));
+    if (scene.stiffness > 0.0)
+      log::info("Cauchy        %.4g (rho U^2 d L^3 / (2 EI), longest fiber)",
+                0.5 * density * scene.speed * scene.speed * 2.0 * scene.largest_radius * std::pow(scene.fiber_length, 3) /
+                    scene.stiffness);
+  }
+  if (scene.highest_frequency > 0.0 && dt > 0.0)
+    log::info("fiber modes   highest omega dt = %.3g (implicit: no limit; above 1 it is not resolved)",
+              scene.highest_frequency * dt);
+  log::info("memory        about %s for all ranks together", memory_text(scene.memory).c_str());
+  log::info("disk          about %s an output", memory_text(scene.disk_per_output).c_str());
+}
+
+void print_skipped(const CaseParameters& parameters, const fsi::System& system, bool box) {
+  std::string skipped;
+  const auto skip = [&](bool condition, const char* text) {
+    if (condition) skipped += std::string(skipped.empty() ? "" : "; ") + text;
+  };
+  skip(!system.has_fibers(), "no fibers: no search, no multipliers");
+  skip(!system.has_fluid(), "no fluid: fibers alone");
+  skip(system.is_coupled() && !system.fibers_move(), "fibers do not move: no beam solve, one search and one multiplier factor");
+  if (system.has_fluid()) {
+    skip(parameters.fluid->convective_form == fluid::ConvectiveForm::none, "no convection");
+    skip(parameters.fluid_time.scheme == fluid::TimeScheme::steady, "steady: no history");
+    skip(box, "box mesh: constant Jacobians");
+  }
+  skip(parameters.output.every == 0, "no output between first and last step");
+  if (!skipped.empty()) log::info("skipped       %s", skipped.c_str());
+}
+
+}  // namespace fbi::cases
