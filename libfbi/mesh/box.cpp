@@ -19,8 +19,7 @@ HexMeshData make_box(const std::array<std::vector<double>, 3>& coordinates, bool
     for (Index j = 0; j < n[1]; ++j)
       for (Index i = 0; i < n[0]; ++i, ++cell) {
         const GlobalIndex a = i + j * row + k * plane, b = a + plane;
-        mesh.cells.insert(mesh.cells.end(),
-                          {a, a + 1, a + row + 1, a + row, b, b + 1, b + row + 1, b + row});
+        mesh.cells.insert(mesh.cells.end(), {a, a + 1, a + row + 1, a + row, b, b + 1, b + row + 1, b + row});
         const std::array<Index, 3> at = {i, j, k};
         for (int axis = 0; axis < 3; ++axis) {
           if (at[axis] == 0) sides[2 * axis]->push_back({cell, 2 * axis});

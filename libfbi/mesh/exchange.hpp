@@ -29,7 +29,8 @@ RankLists<T> make_lists(int ranks, const std::vector<T>& items, const std::vecto
   return lists;
 }
 
-/// Sends list r to rank r; list r of the result came from rank r. Messages are ordered by rank, never by arrival. Collective.
+/// Sends list r to rank r; list r of the result came from rank r. Messages are ordered by rank, never by arrival.
+/// Collective.
 template <class T>
 RankLists<T> exchange(const Comm& comm, const RankLists<T>& send) {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -44,8 +45,8 @@ RankLists<T> exchange(const Comm& comm, const RankLists<T>& send) {
   MPI_Datatype type;
   MPI_Type_contiguous(sizeof(T), MPI_BYTE, &type);
   MPI_Type_commit(&type);
-  MPI_Alltoallv(send.data.data(), send_count.data(), send.first.data(), type, received.data.data(), receive_count.data(),
-                received.first.data(), type, comm.get());
+  MPI_Alltoallv(send.data.data(), send_count.data(), send.first.data(), type, received.data.data(),
+                receive_count.data(), received.first.data(), type, comm.get());
   MPI_Type_free(&type);
   return received;
 }

@@ -119,21 +119,23 @@ FiberMesh distribute(const Comm& comm, const FiberMeshData& chunk, GlobalIndex f
 
   const GlobalIndex base = fibers == 0 ? 0 : chunk.first_node[0];
   const auto first = [&](std::size_t f) { return static_cast<std::size_t>(chunk.first_node[f] - base); };
-  const auto headers = exchange(comm, pack<FiberHeader>(comm.size(), rank, [&](std::size_t f, auto& list) {
-    list.push_back({first_fiber + static_cast<GlobalIndex>(f), first_node_id + static_cast<GlobalIndex>(first(f)),
-                    chunk.group[f], static_cast<Index>(first(f + 1) - first(f)), static_cast<Index>(chunk.name[f].size())});
-  }));
+  const auto headers = exchange(
+      comm, pack<FiberHeader>(comm.size(), rank, [&](std::size_t f, auto& list) {
+        list.push_back({first_fiber + static_cast<GlobalIndex>(f), first_node_id + static_cast<GlobalIndex>(first(f)),
+                        chunk.group[f], static_cast<Index>(first(f + 1) - first(f)),
+                        static_cast<Index>(chunk.name[f].size())});
+      }));
   const auto names = exchange(comm, pack<char>(comm.size(), rank, [&](std::size_t f, auto& list) {
-    list.insert(list.end(), chunk.name[f].begin(), chunk.name[f].end());
-  }));
+                                list.insert(list.end(), chunk.name[f].begin(), chunk.name[f].end());
+                              }));
   const auto numbers = exchange(comm, pack<double>(comm.size(), rank, [&](std::size_t f, auto& list) {
-    for (std::size_t n = first(f); n < first(f + 1); ++n) {
-      list.insert(list.end(), &chunk.position[3 * n], &chunk.position[3 * n] + 3);
-      list.insert(list.end(), &chunk.tangent[3 * n], &chunk.tangent[3 * n] + 3);
-    }
-    list.insert(list.end(), chunk.element_length.begin() + (first(f) - f),
-                chunk.element_length.begin() + (first(f + 1) - f - 1));
-  }));
+                                  for (std::size_t n = first(f); n < first(f + 1); ++n) {
+                                    list.insert(list.end(), &chunk.position[3 * n], &chunk.position[3 * n] + 3);
+                                    list.insert(list.end(), &chunk.tangent[3 * n], &chunk.tangent[3 * n] + 3);
+                                  }
+                                  list.insert(list.end(), chunk.element_length.begin() + (first(f) - f),
+                                              chunk.element_length.begin() + (first(f + 1) - f - 1));
+                                }));
 
   mesh.first_node = {0};
   const char* name = names.data.data();
@@ -155,7 +157,8 @@ FiberMesh distribute(const Comm& comm, const FiberMeshData& chunk, GlobalIndex f
   return mesh;
 }
 
-FiberMeshData chunk_of(const Comm& comm, const FiberMeshData& fibers, GlobalIndex& first_fiber, GlobalIndex& first_node_id) {
+FiberMeshData chunk_of(const Comm& comm, const FiberMeshData& fibers, GlobalIndex& first_fiber,
+                       GlobalIndex& first_node_id) {
   const GlobalIndex begin = even_begin(fibers.fiber_count(), comm.rank(), comm.size());
   const GlobalIndex end = even_begin(fibers.fiber_count(), comm.rank() + 1, comm.size());
   const GlobalIndex node = fibers.first_node.empty() ? 0 : fibers.first_node[begin];

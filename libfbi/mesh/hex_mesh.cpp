@@ -33,8 +33,7 @@ std::vector<PlacedNode> fetch_nodes(const Comm& comm, const HexMeshChunk& chunk,
   answer.data.reserve(asked.data.size());
   for (const GlobalIndex id : asked.data) {
     const std::size_t node = static_cast<std::size_t>(id - chunk.first_node);
-    answer.data.push_back(
-        {{chunk.nodes[3 * node], chunk.nodes[3 * node + 1], chunk.nodes[3 * node + 2]}, owner[node]});
+    answer.data.push_back({{chunk.nodes[3 * node], chunk.nodes[3 * node + 1], chunk.nodes[3 * node + 2]}, owner[node]});
   }
   const RankLists<PlacedNode> received = exchange(comm, answer);
   std::vector<int> next(received.first.begin(), received.first.end() - 1);
@@ -99,8 +98,9 @@ void check_chunk(const Comm& comm, const HexMeshChunk& chunk) {
   for (const auto& [name, faces] : chunk.faces)
     for (const Face& face : faces)
       if (face.cell < 0 || face.cell >= chunk.global_cells || face.face < 0 || face.face > 5)
-        text = log::format("face set \"%s\" names face %d of cell %lld, which the mesh does not have; make the mesh again",
-                           name.c_str(), static_cast<int>(face.face), static_cast<long long>(face.cell));
+        text =
+            log::format("face set \"%s\" names face %d of cell %lld, which the mesh does not have; make the mesh again",
+                        name.c_str(), static_cast<int>(face.face), static_cast<long long>(face.cell));
   if (chunk.box) {
     GlobalIndex nodes = 1, cells = 1;
     for (int a = 0; a < 3; ++a) {
@@ -124,9 +124,9 @@ void number_nodes(const Comm& comm, const HexMeshChunk& chunk, const std::vector
   mesh.first_node = comm.sum_before(GlobalIndex{mesh.owned_nodes});
   const GlobalIndex total = comm.sum(GlobalIndex{mesh.owned_nodes});
   if (total != chunk.global_nodes)
-    throw Error(ExitCode::geometry,
-                log::format("%lld of %lld nodes belong to no cell; remove them from the mesh",
-                            static_cast<long long>(chunk.global_nodes - total), static_cast<long long>(chunk.global_nodes)));
+    throw Error(ExitCode::geometry, log::format("%lld of %lld nodes belong to no cell; remove them from the mesh",
+                                                static_cast<long long>(chunk.global_nodes - total),
+                                                static_cast<long long>(chunk.global_nodes)));
   mesh.node_id.resize(ids.size());
   mesh.coordinates.resize(3 * ids.size());
   mesh.node_number.resize(ids.size());

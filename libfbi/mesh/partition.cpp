@@ -7,7 +7,9 @@
 
 namespace fbi::mesh {
 
-BoxPartition::BoxPartition(const std::array<Index, 3>& cells, int ranks) : cells_(cells) { cut({0, 0, 0}, cells, 0, ranks); }
+BoxPartition::BoxPartition(const std::array<Index, 3>& cells, int ranks) : cells_(cells) {
+  cut({0, 0, 0}, cells, 0, ranks);
+}
 
 int BoxPartition::cut(std::array<Index, 3> begin, std::array<Index, 3> end, int first_rank, int ranks) {
   const int here = static_cast<int>(cuts_.size());
@@ -62,7 +64,8 @@ struct Key {
 
 // For each set the smallest value v with count(set, v) >= target[set], the counts summed over the ranks; 64 reductions.
 template <class Count>
-std::vector<std::uint64_t> select(const Comm& comm, std::size_t sets, const std::vector<GlobalIndex>& target, Count count) {
+std::vector<std::uint64_t> select(const Comm& comm, std::size_t sets, const std::vector<GlobalIndex>& target,
+                                  Count count) {
   std::vector<std::uint64_t> low(sets, 0), high(sets, std::numeric_limits<std::uint64_t>::max()), middle(sets);
   std::vector<GlobalIndex> counts(sets);
   for (int bit = 0; bit < 64; ++bit) {
@@ -83,7 +86,8 @@ std::vector<std::uint64_t> select(const Comm& comm, std::size_t sets, const std:
 
 }  // namespace
 
-std::vector<int> bisect_centers(const Comm& comm, const std::vector<double>& centers, const std::vector<GlobalIndex>& ids) {
+std::vector<int> bisect_centers(const Comm& comm, const std::vector<double>& centers,
+                                const std::vector<GlobalIndex>& ids) {
   std::vector<std::size_t> order(ids.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::vector<Key> keys(ids.size());  // of order[i]
@@ -129,8 +133,9 @@ std::vector<int> bisect_centers(const Comm& comm, const std::vector<double>& cen
     const std::vector<std::uint64_t> coordinate = select(comm, n, target, [&](std::size_t s, std::uint64_t value) {
       return count_to(s, {value, std::numeric_limits<std::uint64_t>::max()});
     });
-    const std::vector<std::uint64_t> id = select(
-        comm, n, target, [&](std::size_t s, std::uint64_t value) { return count_to(s, {coordinate[s], value}); });
+    const std::vector<std::uint64_t> id = select(comm, n, target, [&](std::size_t s, std::uint64_t value) {
+      return count_to(s, {coordinate[s], value});
+    });
     sets.clear();
     for (std::size_t s = 0; s < n; ++s) {
       const CellSet& set = divisible[s];

@@ -9,8 +9,8 @@
 
 namespace fbi::mesh {
 
-/// Blocks of whole cell layers: a block of cells is halved along its longest direction in cells (x before y before z on ties)
-/// at the layer nearest to the share of the ranks on each side.
+/// Blocks of whole cell layers: a block of cells is halved along its longest direction in cells (x before y before z on
+/// ties) at the layer nearest to the share of the ranks on each side.
 class BoxPartition {
  public:
   BoxPartition(const std::array<Index, 3>& cells, int ranks);
@@ -29,11 +29,13 @@ class BoxPartition {
   std::vector<Cut> cuts_;
 };
 
-/// Recursive coordinate bisection: a set of cells is cut across the longest side of the box around its centers, in exact
-/// proportion to the ranks on each side, equal coordinates in the order of the cell ids. The same centers and ids give the same
-/// ranks however the cells are spread. Cost: some hundred small reductions per level (log2 of the ranks). Collective.
+/// Recursive coordinate bisection: a set of cells is cut across the longest side of the box around its centers, in
+/// exact proportion to the ranks on each side, equal coordinates in the order of the cell ids. The same centers and ids
+/// give the same ranks however the cells are spread. Cost: some hundred small reductions per level (log2 of the ranks).
+/// Collective.
 ///
 /// `centers` has shape=(cells,3) [length], `ids` shape=(cells). Returns the rank of each of this rank's cells.
-std::vector<int> bisect_centers(const Comm& comm, const std::vector<double>& centers, const std::vector<GlobalIndex>& ids);
+std::vector<int> bisect_centers(const Comm& comm, const std::vector<double>& centers,
+                                const std::vector<GlobalIndex>& ids);
 
 }  // namespace fbi::mesh

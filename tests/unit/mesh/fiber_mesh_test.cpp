@@ -1,9 +1,9 @@
 /// Fibers and their distribution over ranks.
 #include "mesh/fiber_mesh.hpp"
 
-#include <algorithm>
-
 #include <gtest/gtest.h>
+
+#include <algorithm>
 
 #include "base/error.hpp"
 
@@ -98,8 +98,7 @@ TEST(Fibers, FiberBetweenRanksGoesToTheLowest) {
   const HexMeshData box = make_box({std::vector<double>{0.0, 0.5, 1.0}, {0.0, 0.4}, {0.0, 0.4}});
   const HexMesh fluid = distribute(comm, chunk_of(comm, box));
   const FiberMesh mesh = distribute_whole(comm, upright(1), &fluid);  // stands at x = 0.5
-  const GlobalIndex lowest_with_cells =
-      -comm.max(GlobalIndex{fluid.local_cells() > 0 ? -comm.rank() : -comm.size()});
+  const GlobalIndex lowest_with_cells = -comm.max(GlobalIndex{fluid.local_cells() > 0 ? -comm.rank() : -comm.size()});
   EXPECT_EQ(mesh.fibers(), comm.rank() == lowest_with_cells ? 1 : 0);
 }
 

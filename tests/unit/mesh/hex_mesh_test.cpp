@@ -1,14 +1,14 @@
 /// Boxes and their distribution over ranks.
 #include "mesh/hex_mesh.hpp"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <map>
 #include <vector>
-
-#include <gtest/gtest.h>
 
 #include "base/error.hpp"
 #include "mesh/exchange.hpp"
@@ -40,8 +40,7 @@ void check(const Comm& comm, const HexMeshData& whole, const HexMesh& mesh) {
   for (Index n = 0; n < mesh.local_nodes(); ++n)
     for (int d = 0; d < 3; ++d) ASSERT_EQ(mesh.node(n)[d], whole.nodes[3 * mesh.node_id[n] + d]);
   for (Index c = 0; c < mesh.local_cells(); ++c)
-    for (int a = 0; a < 8; ++a)
-      ASSERT_EQ(mesh.node_id[mesh.cells[8 * c + a]], whole.cells[8 * mesh.cell_id[c] + a]);
+    for (int a = 0; a < 8; ++a) ASSERT_EQ(mesh.node_id[mesh.cells[8 * c + a]], whole.cells[8 * mesh.cell_id[c] + a]);
 
   // Owner of a node: the lowest rank with a cell at it. One number a node, the same on every rank.
   const int nodes = static_cast<int>(whole.node_count());
@@ -62,9 +61,8 @@ void check(const Comm& comm, const HexMeshData& whole, const HexMesh& mesh) {
     const std::vector<HexMesh::LocalFace>& mine = mesh.faces.at(name);
     EXPECT_EQ(comm.sum(static_cast<GlobalIndex>(mine.size())), static_cast<GlobalIndex>(faces.size())) << name;
     for (const HexMesh::LocalFace& face : mine)
-      EXPECT_TRUE(std::any_of(faces.begin(), faces.end(), [&](const Face& f) {
-        return f.cell == mesh.cell_id[face.cell] && f.face == face.face;
-      }));
+      EXPECT_TRUE(std::any_of(faces.begin(), faces.end(),
+                              [&](const Face& f) { return f.cell == mesh.cell_id[face.cell] && f.face == face.face; }));
   }
 }
 
@@ -84,9 +82,11 @@ TEST(Box, NumbersXFastest) {
 TEST(Box, FacesLieOnTheirSides) {
   const HexMeshData box = test_box(3, 4, 5);
   // Nodes of face f in the local numbering, straight from the definition of the faces by the sign of one coordinate.
-  const int sign[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}};
-  const std::map<std::string, std::array<double, 2>> side = {{"xmin", {0, 0.0}},  {"xmax", {0, 3.0}}, {"ymin", {1, -1.0}},
-                                                             {"ymax", {1, 1.0}},  {"zmin", {2, 0.0}}, {"zmax", {2, 0.5}}};
+  const int sign[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
+                          {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
+  const std::map<std::string, std::array<double, 2>> side = {{"xmin", {0, 0.0}},  {"xmax", {0, 3.0}},
+                                                             {"ymin", {1, -1.0}}, {"ymax", {1, 1.0}},
+                                                             {"zmin", {2, 0.0}},  {"zmax", {2, 0.5}}};
   const std::map<std::string, std::size_t> count = {{"xmin", 20}, {"xmax", 20}, {"ymin", 15},
                                                     {"ymax", 15}, {"zmin", 12}, {"zmax", 12}};
   for (const auto& [name, where] : side) {
@@ -171,7 +171,8 @@ TEST(Distribute, HalfAMillionCellsInUnderASecond) {
     const HexMesh mesh = distribute(comm, chunk);
     const double seconds = comm.max(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     EXPECT_EQ(comm.sum(GlobalIndex{mesh.local_cells()}), 491520);
-    if (comm.rank() == 0) std::printf("distribute %s: %.3f s on %d ranks\n", general ? "general" : "box", seconds, comm.size());
+    if (comm.rank() == 0)
+      std::printf("distribute %s: %.3f s on %d ranks\n", general ? "general" : "box", seconds, comm.size());
     if (comm.size() <= 2) {
       EXPECT_LT(seconds, 2.0);  // well under a second on an idle machine; tests share theirs
     }
