@@ -137,6 +137,8 @@ StepReport solve_monolithic(System& system) {
       fluid_reference = fluid_norm;
       fiber_reference = fiber_norm;
     }
+    // A fiber at rest starts with a residual that says nothing: the force on it is the scale then.
+    if (moving) fiber_reference = std::max(fiber_reference, norm(system.comm(), force));
     const double fluid_floor = parameters.newton_absolute_tolerance * system.fluid_scale();
     const double fiber_floor =
         moving ? parameters.newton_absolute_tolerance * system.comm().max(system.beams().force_scale()) : 0.0;
