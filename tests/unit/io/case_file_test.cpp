@@ -6,48 +6,20 @@
 #include <algorithm>
 #include <chrono>
 #include <fstream>
-#include <functional>
 
-#include "base/error.hpp"
+#include "example_case.hpp"
 #include "io/format.hpp"
 #include "scratch.hpp"
 
 namespace fbi::io {
 namespace {
 
+using test::error_of;
+using test::example_case;
 using test::FileSizeLimit;
 using test::Scratch;
-
-std::vector<double> spread(Index cells, double length) {
-  std::vector<double> x(static_cast<std::size_t>(cells) + 1);
-  for (Index i = 0; i <= cells; ++i) x[i] = length * i / cells;
-  return x;
-}
-
-mesh::FiberMeshData upright(Index count, Index elements) {
-  mesh::FiberMeshData fibers;
-  fibers.first_node = {0};
-  for (Index f = 0; f < count; ++f) {
-    fibers.name.push_back("patch/" + std::to_string(f));
-    fibers.group.push_back(f % 3);
-    for (Index n = 0; n <= elements; ++n) {
-      fibers.position.insert(fibers.position.end(), {0.1 + 2.8 * f / count, 0.3 * n / elements, 0.5});
-      fibers.tangent.insert(fibers.tangent.end(), {0.0, 1.0, 0.0});
-    }
-    fibers.element_length.insert(fibers.element_length.end(), static_cast<std::size_t>(elements), 0.3 / elements);
-    fibers.first_node.push_back(static_cast<GlobalIndex>(fibers.position.size()) / 3);
-  }
-  return fibers;
-}
-
-CaseFile example(bool general = false) {
-  CaseFile content;
-  content.json = "{ \"title\": \"example\" } // all of it";
-  content.json_name = "example.json";
-  content.mesh = mesh::make_box({spread(6, 3.0), spread(4, 1.0), spread(2, 1.0)}, general);
-  content.fibers = upright(7, 3);
-  return content;
-}
+using test::spread;
+using test::upright;
 
 // Rank 0 writes, all ranks wait.
 void write(const Comm& comm, const std::string& path, const CaseFile& content) {
@@ -55,23 +27,12 @@ void write(const Comm& comm, const std::string& path, const CaseFile& content) {
   MPI_Barrier(comm.get());
 }
 
-// The message of the Error(file) that `action` throws; "" when it throws none.
-std::string file_error(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ExitCode::file) << error.what();
-    return error.what();
-  }
-  return "";
-}
-
 TEST(CaseFile, ReadsBackWhatWasWritten) {
   const Comm comm;
   const Scratch scratch(comm);
   const std::string path = scratch / "example.h5";
   for (const bool general : {false, true}) {
-    const CaseFile content = example(general);
+    const CaseFile content = example_case(general);
     write(comm, path, content);
     const CaseHeader header = read_case_header(comm, path);
     EXPECT_EQ(header.json, content.json);
@@ -120,7 +81,7 @@ TEST(CaseFile, ReadsBackWhatWasWritten) {
 TEST(CaseFile, MeshWithoutFibersAndFibersWithoutMesh) {
   const Comm comm;
   const Scratch scratch(comm);
-  CaseFile content = example();
+  CaseFile content = example_case();
   content.fibers = {};
   write(comm, scratch / "fluid.h5", content);
   EXPECT_FALSE(read_case_header(comm, scratch / "fluid.h5").has_fibers());
@@ -128,35 +89,31 @@ TEST(CaseFile, MeshWithoutFibersAndFibersWithoutMesh) {
   EXPECT_EQ(fluid.global_cells, 48);
   EXPECT_EQ(read_fibers(comm, scratch / "fluid.h5", &fluid).global_fibers, 0);
 
-  content = example();
+  content = example_case();
   content.mesh = {};
   content.fibers = upright(1, 2);
   write(comm, scratch / "fibers.h5", content);
   EXPECT_FALSE(read_case_header(comm, scratch / "fibers.h5").has_mesh());
   EXPECT_EQ(read_fibers(comm, scratch / "fibers.h5", nullptr).global_nodes, 3);
-  EXPECT_NE(file_error([&] { read_mesh(comm, scratch / "fibers.h5"); }).find("no fluid mesh"), std::string::npos);
+  EXPECT_NE(error_of([&] { read_mesh(comm, scratch / "fibers.h5"); }).find("no fluid mesh"), std::string::npos);
 }
 
 TEST(CaseFile, EveryBrokenFileHasItsMessage) {
   const Comm comm;
   const Scratch scratch(comm);
   const auto message = [&](const std::string& name) {
-    const std::string first = file_error([&] { read_case_header(comm, scratch / name); });
-    EXPECT_EQ(first, file_error([&] { read_mesh(comm, scratch / name); }));
-    EXPECT_EQ(first, file_error([&] { read_fibers(comm, scratch / name, nullptr); }));
+    const std::string first = error_of([&] { read_case_header(comm, scratch / name); });
+    EXPECT_EQ(first, error_of([&] { read_mesh(comm, scratch / name); }));
+    EXPECT_EQ(first, error_of([&] { read_fibers(comm, scratch / name, nullptr); }));
     EXPECT_NE(first.find(name), std::string::npos) << first;
     return first;
   };
-  const auto contains = [](const std::string& text, const std::string& part) {
-    EXPECT_NE(text.find(part), std::string::npos) << "\"" << part << "\" is not in: " << text;
-  };
-
-  contains(message("missing.h5"), "there is no such file; make it (again) with fbi-gen");
+  test::expect_contains(message("missing.h5"), "there is no such file; make it (again) with fbi-gen");
   if (comm.rank() == 0) std::ofstream(scratch / "case.json") << "{ \"fluid\": {} }";
   MPI_Barrier(comm.get());
-  contains(message("case.json"), "it is not an HDF5 file; make it (again) with fbi-gen");
+  test::expect_contains(message("case.json"), "it is not an HDF5 file; make it (again) with fbi-gen");
 
-  write(comm, scratch / "example.h5", example());
+  write(comm, scratch / "example.h5", example_case());
   if (comm.rank() == 0) {
     const auto size = std::filesystem::file_size(scratch / "example.h5");
     for (const double part : {0.999, 0.5, 0.1}) {
@@ -181,13 +138,13 @@ TEST(CaseFile, EveryBrokenFileHasItsMessage) {
     gaps.commit();
   }
   MPI_Barrier(comm.get());
-  for (const char* name : {"cut999.h5", "cut500.h5", "cut100.h5"}) contains(message(name), "truncated");
-  contains(message("empty.h5"), "not an HDF5 file");
-  contains(message("newer.h5"), "has layout version 2, but this program reads version 1; make it again");
-  contains(message("foreign.h5"), "another program");
-  contains(message("example.run.h5"), "is a result index, not a case file");
-  contains(file_error([&] { read_case_header(comm, scratch / "gaps.h5"); }), "cannot read /input");
-  contains(file_error([&] { read_mesh(comm, scratch / "gaps.h5"); }), "cannot read /mesh/cells");
+  for (const char* name : {"cut999.h5", "cut500.h5", "cut100.h5"}) test::expect_contains(message(name), "truncated");
+  test::expect_contains(message("empty.h5"), "not an HDF5 file");
+  test::expect_contains(message("newer.h5"), "has layout version 2, but this program reads version 1; make it again");
+  test::expect_contains(message("foreign.h5"), "another program");
+  test::expect_contains(message("example.run.h5"), "is a result index, not a case file");
+  test::expect_contains(error_of([&] { read_case_header(comm, scratch / "gaps.h5"); }), "cannot read /input");
+  test::expect_contains(error_of([&] { read_mesh(comm, scratch / "gaps.h5"); }), "cannot read /mesh/cells");
 }
 
 TEST(CaseFile, AFullDiskLosesNothing) {
@@ -196,18 +153,18 @@ TEST(CaseFile, AFullDiskLosesNothing) {
   const Comm alone(MPI_COMM_SELF);
   const Scratch scratch(alone);
   const std::string path = scratch / "example.h5";
-  CaseFile content = example();
+  CaseFile content = example_case();
   write_case_file(path, content);
   content.json = "another text";
   content.mesh = mesh::make_box({spread(40, 3.0), spread(20, 1.0), spread(10, 1.0)});
   {
     const FileSizeLimit limit(65536);
-    const std::string message = file_error([&] { write_case_file(path, content); });
+    const std::string message = error_of([&] { write_case_file(path, content); });
     EXPECT_NE(message.find("ulimit -f"), std::string::npos) << message;
   }
   EXPECT_EQ(scratch.files(), std::vector<std::string>{"example.h5"});  // no temporary file left
-  EXPECT_EQ(read_case_header(alone, path).json, example().json);
-  EXPECT_NE(file_error([&] { write_case_file(scratch / "nowhere/example.h5", content); }).find("create the directory"),
+  EXPECT_EQ(read_case_header(alone, path).json, example_case().json);
+  EXPECT_NE(error_of([&] { write_case_file(scratch / "nowhere/example.h5", content); }).find("create the directory"),
             std::string::npos);
 }
 
@@ -219,7 +176,7 @@ TEST(CaseFile, AWriteThatFailsLateIsNoticed) {
   const Scratch scratch(alone);
   const std::vector<double> data(100000, 1.0);
   const FileSizeLimit limit(65536);
-  const std::string message = file_error([&] {
+  const std::string message = error_of([&] {
     File file = File::create(scratch / "late.h5", 0);
     file.write("/data", data);
     file.commit();
@@ -264,9 +221,10 @@ TEST(CaseFile, ParallelFileOnAFullDisk) {
   const GlobalIndex mine = 50000;
   const std::vector<double> data(static_cast<std::size_t>(mine), 1.0);
   std::string message;
+  MPI_Barrier(comm.get());
   {
     const FileSizeLimit limit(65536);
-    message = file_error([&] { File::create(comm, scratch / "rows.h5", 8 * mine * comm.size()); });
+    message = error_of([&] { File::create(comm, scratch / "rows.h5", 8 * mine * comm.size()); });
   }
   EXPECT_NE(message.find("ulimit -f"), std::string::npos) << message;
   MPI_Barrier(comm.get());
