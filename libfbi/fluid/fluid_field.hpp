@@ -67,7 +67,7 @@ class FluidField {
   /// tau_M of PSPG at each local cell for this step [time/density], shape=(local cells).
   const std::vector<double>& tau_m() const;
   /// (Pressure operator for preconditioning) AIJ matrix of int grad N_a . grad N_b with `coefficient` per local cell, plus
-  /// `robin` times the face mass int N_a N_b / h on open (traction, outflow) faces, h = the local cell size normal to the face.
+  /// `robin` times `coefficient` times the face mass int N_a N_b / h on open (traction, outflow) faces, h = the local cell size normal to the face.
   linalg::MatHandle pressure_laplacian(const std::vector<double>& coefficient, double robin) const;
 
   /// Makes the iterate the accepted state, updates v' and the history. Collective.

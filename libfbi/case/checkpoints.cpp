@@ -1,0 +1,89 @@
+#include "case/checkpoints.hpp"
+
+#include "base/timer.hpp"
+#include "io/case_file.hpp"
+#include "io/checkpoint.hpp"
+
+namespace fbi::cases {
+namespace {
+
+/// Every distributed array of the state. Fluid vectors are copied into `storage`, fiber arrays are used in place.
+struct StateList {
+  std::vector<std::pair<std::string, Vec>> vectors;
+  std::vector<std::vector<double>> storage;
+  std::vector<io::StateArray> fluid, fibers;
+};
+
+StateList list_state(Setup& setup) {
+  StateList list;
+  if (setup.fluid != nullptr) {
+    list.vectors = setup.fluid->state();
+    list.storage.resize(list.vectors.size());
+    for (std::size_t k = 0; k < list.vectors.size(); ++k) {
+      list.storage[k].resize(4 * static_cast<std::size_t>(setup.fluid_mesh->owned_nodes));
+      list.fluid.push_back({list.vectors[k].first, 4, &list.storage[k]});
+    }
+  }
+  if (setup.beams != nullptr) {
+    for (auto& [name, values] : setup.beams->state()) list.fibers.push_back({name, 6, values});
+    if (setup.system->is_coupled()) {
+      // Linear multipliers: one row per fiber node.
+      list.fibers.push_back({"lambda", 3, &setup.system->lambda_old()});
+      list.fibers.push_back({"lambda_older", 3, &setup.system->lambda_older()});
+      list.fibers.push_back({"coupling_force", 6, &setup.system->force_old()});
+    }
+  }
+  return list;
+}
+
+}  // namespace
+
+void save_checkpoint(Setup& setup, const io::RunPaths& paths, const std::string& json, GlobalIndex step, double time) {
+  Timed timed("checkpoint");
+  StateList list = list_state(setup);
+  for (std::size_t k = 0; k < list.vectors.size(); ++k) {
+    const double* values = nullptr;
+    FBI_PETSC(VecGetArrayRead(list.vectors[k].second, &values));
+    std::copy_n(values, list.storage[k].size(), list.storage[k].begin());
+    FBI_PETSC(VecRestoreArrayRead(list.vectors[k].second, &values));
+  }
+  io::CheckpointHeader header;
+  header.step = step;
+  header.time = time;
+  header.case_fingerprint = io::fingerprint(json);
+  if (setup.fluid != nullptr)
+    for (const auto& [name, value] : setup.fluid->scalars()) header.numbers[name] = *value;
+  if (setup.acceleration != nullptr) header.vectors["acceleration"] = setup.acceleration->history();
+  io::write_checkpoint(setup.fiber_mesh->comm, paths, header, setup.fluid_mesh.get(), list.fluid, setup.fiber_mesh.get(),
+                       list.fibers);
+  setup.system->drop_caches();
+}
+
+GlobalIndex load_checkpoint(Setup& setup, const io::RunPaths& paths, const std::string& json, const std::string& which) {
+  Timed timed("restart");
+  const Comm& comm = setup.fiber_mesh->comm;
+  const GlobalIndex step = io::find_checkpoint(comm, paths, which);
+  StateList list = list_state(setup);
+  const io::CheckpointHeader header =
+      io::read_checkpoint(comm, paths, step, io::fingerprint(json), setup.fluid_mesh.get(), list.fluid,
+                          setup.fiber_mesh.get(), list.fibers);
+  for (std::size_t k = 0; k < list.vectors.size(); ++k) {
+    double* values = nullptr;
+    FBI_PETSC(VecGetArray(list.vectors[k].second, &values));
+    std::copy(list.storage[k].begin(), list.storage[k].end(), values);
+    FBI_PETSC(VecRestoreArray(list.vectors[k].second, &values));
+  }
+  if (setup.fluid != nullptr) {
+    for (const auto& [name, value] : setup.fluid->scalars()) {
+      const auto found = header.numbers.find(name);
+      if (found != header.numbers.end()) *value = found->second;
+    }
+    setup.fluid->state_restored();
+  }
+  const auto history = header.vectors.find("acceleration");
+  if (setup.acceleration != nullptr && history != header.vectors.end()) setup.acceleration->set_history(history->second);
+  setup.system->drop_caches();
+  return step;
+}
+
+}  // namespace fbi::cases
