@@ -59,7 +59,7 @@ class BeamField {
   void increment(const std::vector<double>& delta);
 
   /// Newton per fiber with the coupling force entering the residual as -force (already weighted w f_{n+1} + (1-w) f_n),
-  /// from the current iterate (in dynamics once more from d_n where that fails). Returns the largest number of
+  /// from the current iterate; where it fails the residual at d_n is removed in portions. Returns the largest number of
   /// iterations; -1 when a fiber did not converge (the same on all ranks). Collective.
   int solve_step(const std::vector<double>& force);
 

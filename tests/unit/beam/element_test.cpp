@@ -1,12 +1,11 @@
 /// Element physics: residual against the energy, tangent against the residual, rigid motion, quadrature, mass.
-#include "beam/formulation.hpp"
+#include <gtest/gtest.h>
 
+#include <Eigen/Dense>
 #include <cmath>
 #include <random>
 
-#include <Eigen/Dense>
-#include <gtest/gtest.h>
-
+#include "beam/formulation.hpp"
 #include "beam/loads.hpp"
 #include "fem/line_shapes.hpp"
 #include "fem/quadrature.hpp"
@@ -47,7 +46,8 @@ auto difference(const Function& f, const Vector& q, int i, double h) {
     return f(moved);
   };
   using Result = decltype(at(0.0));
-  const Result result = (45.0 * (at(h) - at(-h)) - 9.0 * (at(2 * h) - at(-2 * h)) + (at(3 * h) - at(-3 * h))) / (60.0 * h);
+  const Result result =
+      (45.0 * (at(h) - at(-h)) - 9.0 * (at(2 * h) - at(-2 * h)) + (at(3 * h) - at(-3 * h))) / (60.0 * h);
   return result;
 }
 
@@ -95,8 +95,7 @@ TEST(TorsionFreeElement, EnergyIsTheStatedIntegral) {
   const auto derivative = [&](double x, int order) {
     const std::array<double, 4> h = order == 1 ? fem::hermite_first(x) : fem::hermite_second(x);
     Vec3 sum = Vec3::Zero();
-    for (int i = 0; i < 4; ++i)
-      sum += h[i] * (i % 2 == 0 ? 1.0 : 0.5 * element.length) * q.segment<3>(3 * i);
+    for (int i = 0; i < 4; ++i) sum += h[i] * (i % 2 == 0 ? 1.0 : 0.5 * element.length) * q.segment<3>(3 * i);
     return Vec3(sum * std::pow(2.0 / element.length, order));
   };
   const double left = derivative(-1, 1).norm() - 1, middle = derivative(0, 1).norm() - 1,
@@ -152,11 +151,11 @@ TEST(TorsionFreeElement, MassIsTheIntegralOfTheShapes) {
       for (std::size_t p = 0; p < rule.points.size(); ++p) {
         const std::array<double, 4> h = fem::hermite(rule.points[p]);
         const auto scale = [&](int k) { return k % 2 == 0 ? 1.0 : 0.5 * element.length; };
-        expected += rule.weights[p] * 0.5 * element.length * element.mass_per_length * h[i] * scale(i) * h[j] * scale(j);
+        expected +=
+            rule.weights[p] * 0.5 * element.length * element.mass_per_length * h[i] * scale(i) * h[j] * scale(j);
       }
       for (int k = 0; k < 3; ++k)
-        for (int l = 0; l < 3; ++l)
-          EXPECT_NEAR(mass(3 * i + k, 3 * j + l), k == l ? expected : 0.0, 1e-15);
+        for (int l = 0; l < 3; ++l) EXPECT_NEAR(mass(3 * i + k, 3 * j + l), k == l ? expected : 0.0, 1e-15);
     }
 }
 

@@ -1,0 +1,248 @@
+#include "beam/fiber_equations.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace fbi::beam {
+namespace {
+
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+ElementProperties element_properties(const FiberParameters& group) {
+  ElementProperties element;
+  element.axial_stiffness = group.material.young * group.section.area;
+  element.bending_stiffness = group.material.young * group.section.inertia;
+  element.mass_per_length = group.material.density * group.section.area;
+  return element;
+}
+
+// Fills area and second moment of area of circular sections.
+std::vector<FiberParameters> with_sections(std::vector<FiberParameters> groups) {
+  for (FiberParameters& group : groups) {
+    Section& section = group.section;
+    const double square = section.radius * section.radius;
+    if (section.area == 0.0) section.area = M_PI * square;
+    if (section.inertia == 0.0) section.inertia = 0.25 * M_PI * square * square;
+  }
+  return groups;
+}
+
+}  // namespace
+
+void Fiber::project(double* x, Index columns) const {
+  for (const bool at_start : {true, false}) {
+    const NodeConstraint& constraint = at_start ? start : end;
+    if (!constraint.active()) continue;
+    double* rows = x + (at_start ? 0 : 6 * static_cast<std::size_t>(nodes - 1) * columns);
+    for (Index c = 0; c < columns; ++c) {
+      double entries[6];
+      for (int k = 0; k < 6; ++k) entries[k] = rows[static_cast<std::size_t>(k) * columns + c];
+      constraint.project(entries);
+      for (int k = 0; k < 6; ++k) rows[static_cast<std::size_t>(k) * columns + c] = entries[k];
+    }
+  }
+}
+
+double FiberEquations::shortest_element(const Fiber& fiber) const {
+  return *std::min_element(element_length(fiber), element_length(fiber) + fiber.nodes - 1);
+}
+
+FiberEquations::FiberEquations(const mesh::FiberMesh& fiber_mesh, const std::vector<FiberParameters>& fiber_groups,
+                               const BeamTimeParameters& time, const Vec3& gravity)
+    : mesh(fiber_mesh),
+      groups(with_sections(fiber_groups)),
+      parameters(time),
+      scheme(time.rho_inf),
+      loads(mesh, groups, gravity),
+      fibers(mesh.fibers()) {
+  std::size_t band_total = 0;
+  for (Index f = 0; f < mesh.fibers(); ++f) {
+    const FiberParameters& group = groups[mesh.group[f]];
+    Fiber& fiber = fibers[f];
+    fiber.formulation = element_formulation(group.formulation);
+    fiber.section = element_properties(group);
+    fiber.first_node = mesh.first_node[f];
+    fiber.nodes = mesh.first_node[f + 1] - mesh.first_node[f];
+    fiber.first_element = mesh.first_element(f);
+    fiber.band = band_total;
+    if (fiber.formulation == nullptr) continue;
+    ++moving;
+    band_total += band_size(fiber.dofs());
+    const auto tangent = [this](Index node) { return Vec3(&mesh.tangent[3 * static_cast<std::size_t>(node)]); };
+    fiber.start = NodeConstraint(group.start, tangent(fiber.first_node));
+    fiber.end = NodeConstraint(group.end, tangent(fiber.first_node + fiber.nodes - 1));
+  }
+  const std::size_t size = 6 * static_cast<std::size_t>(mesh.nodes());
+  for (NodalField* field : {&velocity_n, &acceleration_n, &internal_n, &external_n, &work_n, &velocity, &acceleration,
+                            &internal, &external, &residual, &full})
+    field->assign(size, 0.0);
+  dofs_n.resize(size);
+  for (std::size_t node = 0; node < size / 6; ++node)
+    for (std::size_t k = 0; k < 3; ++k) {
+      dofs_n[6 * node + k] = mesh.position[3 * node + k];
+      dofs_n[6 * node + 3 + k] = mesh.tangent[3 * node + k];
+    }
+  dofs = dofs_n;
+  scale.assign(fibers.size(), 0.0);
+  round_off.assign(fibers.size(), 0.0);
+  singular.assign(fibers.size(), 0);
+  pivot.assign(size, 0);
+  band.assign(band_total, 0.0);
+  loads.evaluate(0.0, parameters.scheme == TimeScheme::static_ ? 0.0 : 1.0, load_values);
+}
+
+// Internal, inertial and external forces of one fiber, G_b = residual (supports projected out), K_b in the band on
+// request.
+void FiberEquations::evaluate(Index f, bool with_tangent) {
+  const Fiber& fiber = fibers[f];
+  const std::size_t first = fiber.first_dof(), size = static_cast<std::size_t>(fiber.dofs());
+  std::fill_n(&internal[first], size, 0.0);
+  std::fill_n(&full[first], size, 0.0);
+  double* matrix = &band[fiber.band];
+  if (with_tangent) std::fill_n(matrix, band_size(fiber.dofs()), 0.0);
+
+  const double shortest = shortest_element(fiber);
+  double largest = 0.0;
+  const auto enlarge = [&largest](const double* force, double length) {
+    for (int k = 0; k < 6; ++k) largest = std::fmax(largest, std::abs(force[k]) / (k < 3 ? 1.0 : length));
+  };
+  ElementProperties element = fiber.section;
+  ElementVector force, rate;
+  ElementMatrix tangent, mass;
+  for (Index e = 0; e + 1 < fiber.nodes; ++e) {
+    element.length = element_length(fiber)[e];
+    const std::size_t dof = first + 6 * static_cast<std::size_t>(e);
+    fiber.formulation->internal_force(element, &dofs[dof], force.data(), with_tangent ? tangent.data() : nullptr);
+    for (int i = 0; i < element_dofs; ++i) {
+      internal[dof + i] += force[i];
+      full[dof + i] += level.internal * force[i];
+    }
+    enlarge(force.data(), element.length);
+    enlarge(force.data() + 6, element.length);
+    if (with_tangent) tangent *= level.internal;
+    if (level.dynamic) {
+      fiber.formulation->mass(element, mass.data());
+      for (int i = 0; i < element_dofs; ++i)
+        rate[i] = (1 - scheme.alpha_m) * acceleration[dof + i] + scheme.alpha_m * acceleration_n[dof + i];
+      force.noalias() = mass * rate;
+      for (int i = 0; i < element_dofs; ++i) full[dof + i] += force[i];
+      enlarge(force.data(), element.length);
+      enlarge(force.data() + 6, element.length);
+      if (with_tangent) tangent += level.inertia * mass;
+    }
+    if (!with_tangent) continue;
+    for (int end = 0; end < 2; ++end) {
+      const Vec3& moment = load_values.moment[f][end];
+      if (e + end != (end == 0 ? 0 : fiber.nodes - 1) || moment.squaredNorm() == 0.0) continue;
+      tangent.block<3, 3>(6 * end + 3, 6 * end + 3) -=
+          level.internal * moment_force_tangent(moment, Vec3(&dofs[dof + 6 * end + 3]));
+    }
+    assemble_element(fiber, e, tangent);
+  }
+
+  std::copy_n(&load_values.dead[first], size, &external[first]);
+  for (int end = 0; end < 2; ++end) {
+    const std::size_t dof = first + (end == 0 ? 0 : size - 6) + 3;
+    const Vec3& moment = load_values.moment[f][end];
+    if (moment.squaredNorm() == 0.0) continue;
+    const Vec3 follower = moment_force(moment, Vec3(&dofs[dof]));
+    for (int k = 0; k < 3; ++k) external[dof + k] += follower[k];
+  }
+  double coordinate = 0.0;
+  for (std::size_t i = 0; i < size; i += 6) {
+    enlarge(&external[first + i], shortest);
+    for (int k = 0; k < 3; ++k) coordinate = std::fmax(coordinate, std::abs(dofs[first + i + k]));
+  }
+  for (std::size_t i = first; i < first + size; ++i) {
+    full[i] += level.previous * (internal_n[i] - external_n[i]) - level.internal * external[i];
+    residual[i] = full[i];
+  }
+  fiber.project(&residual[first]);
+  scale[f] = largest;
+  const double stiffness = fiber.section.axial_stiffness + fiber.section.bending_stiffness / (shortest * shortest);
+  round_off[f] =
+      4 * epsilon *
+      (stiffness * (1 + coordinate / shortest) + level.inertia * fiber.section.mass_per_length * shortest * coordinate);
+}
+
+// Projects the supports out and adds the element matrix to the band.
+void FiberEquations::assemble_element(const Fiber& fiber, Index e, ElementMatrix& matrix) {
+  const bool at_end[2] = {e == 0, e + 2 == fiber.nodes};
+  const NodeConstraint* constraint[2] = {&fiber.start, &fiber.end};
+  double position_scale = 0.0, tangent_scale = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    position_scale = std::fmax(position_scale, std::fmax(std::abs(matrix(k, k)), std::abs(matrix(6 + k, 6 + k))));
+    tangent_scale = std::fmax(tangent_scale, std::fmax(std::abs(matrix(3 + k, 3 + k)), std::abs(matrix(9 + k, 9 + k))));
+  }
+  for (int end = 0; end < 2; ++end)
+    if (at_end[end]) constraint[end]->project_element(matrix.data(), end);
+  for (int end = 0; end < 2; ++end)
+    if (at_end[end]) constraint[end]->fill_element(matrix.data(), end, position_scale, tangent_scale);
+  double* target = &band[fiber.band];
+  for (Index i = 0; i < element_dofs; ++i) {
+    double* row = target + band_entry(6 * e + i, 6 * e);
+    for (Index j = 0; j < element_dofs; ++j) row[j] += matrix(i, j);
+  }
+}
+
+void FiberEquations::evaluate_all(bool with_tangent) {
+  for (Index f = 0; f < mesh.fibers(); ++f)
+    if (fibers[f].formulation != nullptr) evaluate(f, with_tangent);
+  evaluated = true;
+}
+
+void FiberEquations::assemble_mass(Index f) {
+  const Fiber& fiber = fibers[f];
+  std::fill_n(&band[fiber.band], band_size(fiber.dofs()), 0.0);
+  ElementMatrix mass;
+  ElementProperties element = fiber.section;
+  for (Index e = 0; e + 1 < fiber.nodes; ++e) {
+    element.length = element_length(fiber)[e];
+    fiber.formulation->mass(element, mass.data());
+    assemble_element(fiber, e, mass);
+  }
+}
+
+bool FiberEquations::factorize(Index f) {
+  const Fiber& fiber = fibers[f];
+  singular[f] = !band_factorize(&band[fiber.band], &pivot[fiber.first_dof()], fiber.dofs());
+  return !singular[f];
+}
+
+void FiberEquations::solve(Index f, double* b, Index columns) const {
+  const Fiber& fiber = fibers[f];
+  if (singular[f]) {
+    std::fill_n(b, static_cast<std::size_t>(fiber.dofs()) * columns, std::numeric_limits<double>::quiet_NaN());
+    return;
+  }
+  fiber.project(b, columns);
+  band_solve(&band[fiber.band], &pivot[fiber.first_dof()], fiber.dofs(), b, columns);
+  fiber.project(b, columns);
+}
+
+void FiberEquations::update_rates(const Fiber& fiber) {
+  if (!level.dynamic) return;
+  const std::size_t first = fiber.first_dof();
+  for (std::size_t i = first; i < first + static_cast<std::size_t>(fiber.dofs()); ++i) {
+    const double change = dofs[i] - dofs_n[i];
+    velocity[i] = scheme.velocity(change, velocity_n[i], acceleration_n[i], level.dt);
+    acceleration[i] = scheme.acceleration(change, velocity_n[i], acceleration_n[i], level.dt);
+  }
+}
+
+void FiberEquations::add_increment(const Fiber& fiber, const double* delta, double factor) {
+  const std::size_t first = fiber.first_dof(), size = static_cast<std::size_t>(fiber.dofs());
+  double ends[2][6];
+  std::copy_n(delta, 6, ends[0]);
+  std::copy_n(delta + size - 6, 6, ends[1]);
+  fiber.start.project(ends[0]);
+  fiber.end.project(ends[1]);
+  for (std::size_t i = 0; i < size; ++i) {
+    const double change = i < 6 ? ends[0][i] : i >= size - 6 ? ends[1][i - (size - 6)] : delta[i];
+    dofs[first + i] += factor * change;
+  }
+  update_rates(fiber);
+}
+
+}  // namespace fbi::beam

@@ -1,0 +1,147 @@
+#include "beam/newton.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace fbi::beam {
+namespace {
+
+// Corrections that turn a tangent by more than this (radians, or stretch) are shortened: far from the solution the
+// linearised rotation of a slender fiber is a stretch, and stiff.
+constexpr double largest_tangent_change = 1.0;
+constexpr double smallest_portion = 1.0 / 256;
+
+// Largest entry of nodal forces, shape=(nodes,6); the generalised forces of the tangents count as forces on the arm
+// `length`.
+double largest_force(const double* x, std::size_t size, double length) {
+  double norm = 0.0;
+  for (std::size_t i = 0; i < size; ++i) norm = std::fmax(norm, std::abs(x[i]) / (i % 6 < 3 ? 1.0 : length));
+  return norm;
+}
+
+// Largest entry of nodal displacements; changes of tangents count as displacements at the distance `length`.
+double largest_length(const double* x, std::size_t size, double length) {
+  double norm = 0.0;
+  for (std::size_t i = 0; i < size; ++i) norm = std::fmax(norm, std::abs(x[i]) * (i % 6 < 3 ? 1.0 : length));
+  return norm;
+}
+
+bool is_finite(const std::vector<double>& x) {
+  return std::all_of(x.begin(), x.end(), [](double value) { return std::isfinite(value); });
+}
+
+// One fiber and the force on it.
+struct Step {
+  FiberEquations& equations;
+  Index f;
+  const Fiber& fiber;
+  std::size_t first, size;
+  double length;        // shortest element
+  const double* force;  // shape=(size), or null
+
+  Step(FiberEquations& e, Index index, const std::vector<double>& all_forces)
+      : equations(e),
+        f(index),
+        fiber(e.fibers[index]),
+        first(fiber.first_dof()),
+        size(static_cast<std::size_t>(fiber.dofs())),
+        length(e.shortest_element(fiber)),
+        force(all_forces.empty() ? nullptr : &all_forces[first]) {}
+
+  // force - G_b at the iterate, supports projected out.
+  std::vector<double> unbalanced(bool with_tangent) const {
+    equations.evaluate(f, with_tangent);
+    std::vector<double> b(size);
+    for (std::size_t i = 0; i < size; ++i) b[i] = (force == nullptr ? 0.0 : force[i]) - equations.full[first + i];
+    if (is_finite(b)) fiber.project(b.data());
+    return b;
+  }
+  void set(const std::vector<double>& dofs) const {
+    std::copy_n(dofs.begin(), size, &equations.dofs[first]);
+    equations.update_rates(fiber);
+  }
+  std::vector<double> iterate() const { return {&equations.dofs[first], &equations.dofs[first] + size}; }
+};
+
+// Newton on force - G_b = share * held; `held` of shape=(size) or empty.
+int newton(const Step& step, const std::vector<double>& held, double share) {
+  FiberEquations& equations = step.equations;
+  const BeamTimeParameters& parameters = equations.parameters;
+  const std::size_t size = step.size;
+  const double applied = step.force == nullptr ? 0.0 : largest_force(step.force, size, step.length);
+  std::vector<double> change(size);
+  for (int iteration = 0; iteration < parameters.max_iterations; ++iteration) {
+    std::vector<double> delta = step.unbalanced(true);
+    if (!is_finite(delta)) return -1;
+    if (!held.empty())
+      for (std::size_t i = 0; i < size; ++i) delta[i] -= share * held[i];
+    const double scale = std::max(equations.scale[step.f], applied);
+    const double unbalanced = largest_force(delta.data(), size, step.length);
+    if (unbalanced <= parameters.tolerance * scale) return iteration;
+    // round-off of the large axial forces hides what is left of the small bending forces: one more correction
+    const bool last = unbalanced <= equations.round_off[step.f];
+    if (!equations.factorize(step.f)) return -1;
+    equations.solve(step.f, delta.data(), 1);
+    if (!is_finite(delta)) return -1;
+    double turn = 0.0;
+    for (std::size_t i = 0; i < size; ++i)
+      if (i % 6 >= 3) turn = std::fmax(turn, std::abs(delta[i]));
+    const double factor = turn > largest_tangent_change ? largest_tangent_change / turn : 1.0;
+    equations.add_increment(step.fiber, delta.data(), factor);
+    for (std::size_t i = 0; i < size; ++i)
+      change[i] = equations.dofs[step.first + i] - equations.dofs_n[step.first + i];
+    if (last || (factor == 1.0 && largest_length(delta.data(), size, step.length) <=
+                                      parameters.tolerance * largest_length(change.data(), size, step.length)))
+      return iteration + 1;
+  }
+  return -1;
+}
+
+// The residual at d_n removed in portions.
+int in_portions(const Step& step) {
+  std::vector<double> last(&step.equations.dofs_n[step.first], &step.equations.dofs_n[step.first] + step.size);
+  step.set(last);
+  const std::vector<double> held = step.unbalanced(false);
+  if (!is_finite(held)) return -1;
+  int all = 0;
+  double removed = 0.0, portion = 0.5;
+  while (removed < 1.0) {
+    const double next = std::min(1.0, removed + portion);
+    const int iterations = newton(step, held, 1.0 - next);
+    if (iterations >= 0) {
+      all += iterations;
+      removed = next;
+      last = step.iterate();
+      continue;
+    }
+    portion *= 0.5;
+    if (portion < smallest_portion) return -1;
+    step.set(last);
+  }
+  return all;
+}
+
+}  // namespace
+
+void predict(FiberEquations& equations, Index f) {
+  const Step step(equations, f, {});
+  const auto largest_residual = [&] {
+    equations.update_rates(step.fiber);
+    equations.evaluate(f, false);
+    return largest_force(&equations.residual[step.first], step.size, step.length);
+  };
+  const double standing = largest_residual();
+  for (std::size_t i = step.first; i < step.first + step.size; ++i)
+    equations.dofs[i] += equations.level.dt * equations.velocity_n[i];
+  if (std::isless(largest_residual(), standing)) return;
+  std::copy_n(&equations.dofs_n[step.first], step.size, &equations.dofs[step.first]);
+  equations.update_rates(step.fiber);
+}
+
+int solve_fiber(FiberEquations& equations, Index fiber, const std::vector<double>& force) {
+  const Step step(equations, fiber, force);
+  const int iterations = newton(step, {}, 0.0);
+  return iterations >= 0 ? iterations : in_portions(step);
+}
+
+}  // namespace fbi::beam
