@@ -17,7 +17,7 @@ CurvePoint point_on(const mesh::CurveParameters& curve, double u) {
 }
 
 double consistent_length(const Vec3& x1, const Vec3& t1, const Vec3& x2, const Vec3& t2) {
-  static const fem::QuadratureRule rule = fem::gauss_legendre(24);
+  static const fem::QuadratureRule rule = fem::gauss_legendre(10);
   const double chord = (x2 - x1).norm();
   const double straight = 4 * std::numeric_limits<double>::epsilon();
   if ((chord * t1 - (x2 - x1)).norm() <= straight * chord && (chord * t2 - (x2 - x1)).norm() <= straight * chord)

@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <unordered_map>
 
@@ -92,30 +93,30 @@ std::vector<OutsideFiber> fibers_outside(const mesh::FiberMeshData& fibers, cons
     double outside = 0.0, total = 0.0;
     for (GlobalIndex n = fibers.first_node[fiber]; n + 1 < fibers.first_node[fiber + 1]; ++n) {
       const double length = fibers.element_length[n - fiber];
-      bool before = false;
-      Vec3 last = Vec3::Zero();
+      double excess_before = 0.0;  // > 0 outside
+      Vec3 before = Vec3::Zero();
       for (int i = 0; i <= samples; ++i) {
         const Vec3 x = point_at(fibers, n, length, 2.0 * i / samples - 1.0);
-        bool is_outside = false;
+        double excess = -std::numeric_limits<double>::infinity();
         for (int a = 0; a < 3; ++a) {
           const double beyond[2] = {low[a] - x[a], x[a] - high[a]};
           const double tolerance[2] = {low_tolerance[a], high_tolerance[a]};
           for (int side = 0; side < 2; ++side) {
-            if (beyond[side] <= tolerance[side]) continue;
-            is_outside = true;
-            if (beyond[side] > found.distance) {
+            excess = std::max(excess, beyond[side] - tolerance[side]);
+            if (beyond[side] > tolerance[side] && beyond[side] > found.distance) {
               found.distance = beyond[side];
               found.face = names[a][side];
             }
           }
         }
         if (i > 0) {
-          const double piece = (x - last).norm();
+          const double piece = (x - before).norm();
+          const double larger = std::max(excess, excess_before), smaller = std::min(excess, excess_before);
           total += piece;
-          outside += piece * (0.5 * before + 0.5 * is_outside);
+          if (larger > 0.0) outside += smaller >= 0.0 ? piece : piece * larger / (larger - smaller);
         }
-        before = is_outside;
-        last = x;
+        excess_before = excess;
+        before = x;
       }
     }
     if (found.face.empty()) continue;

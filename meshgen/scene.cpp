@@ -114,8 +114,9 @@ Scene make_scene(const cases::CaseParameters& parameters, std::vector<std::strin
   if (scene.fibers.fiber_count() > 1) {
     const Crossings crossings = crossing_fibers(scene.fibers, radii(parameters, scene.fibers));
     if (crossings.pairs + crossings.coincident > 0) {
-      std::string line = std::to_string(crossings.pairs) + " pairs of fibers touch or cross";
-      if (crossings.coincident > 0) line += ", " + std::to_string(crossings.coincident) + " pairs coincide";
+      std::string line = std::to_string(crossings.pairs) + (crossings.pairs == 1 ? " pair of fibers touches or crosses"
+                                                                                 : " pairs of fibers touch or cross");
+      if (crossings.coincident > 0) line += ", " + std::to_string(crossings.coincident) + " coincide";
       line += " (for example \"" + scene.fibers.name[crossings.example[0]] + "\" and \"" +
               scene.fibers.name[crossings.example[1]] + "\"); there is no contact: they pass through each other";
       warnings.push_back(line);
@@ -146,7 +147,7 @@ void check_probes(const cases::Output& output, const mesh::FiberMeshData& fibers
 std::string summary(const cases::CaseParameters& parameters, const Scene& scene) {
   std::string text;
   const auto line = [&](const std::string& more) { text += (text.empty() ? "" : "\n") + more; };
-  double finest = 0.0;
+  double largest_h = 0.0;
   if (parameters.channel) {
     const mesh::Box box = box_of(parameters.channel->box);
     const std::array<Index, 3> cells = box.cells();
@@ -156,7 +157,7 @@ std::string summary(const cases::CaseParameters& parameters, const Scene& scene)
     std::string sizes = "cells   h =";
     for (int a = 0; a < 3; ++a) {
       const double low = smallest_cell(box.coordinates[a]), high = largest_cell(box.coordinates[a]);
-      finest = std::max(finest, high);
+      largest_h = std::max(largest_h, high);
       sizes += (a > 0 ? " x " : " ") +
                (high - low < 1e-9 * high ? log::format("%.4g", high) : log::format("%.4g...%.4g", low, high));
     }
@@ -167,15 +168,17 @@ std::string summary(const cases::CaseParameters& parameters, const Scene& scene)
     const long long nodes = scene.fibers.first_node.back();
     line(log::format("fibers  %lld, %lld elements, %lld unknowns", static_cast<long long>(fibers),
                      static_cast<long long>(scene.fibers.element_length.size()), 6 * nodes));
-    const std::vector<double> radius = radii(parameters, scene.fibers);
-    const auto [thinnest, thickest] = std::minmax_element(radius.begin(), radius.end());
-    if (*thickest > 0.0) {
-      const std::string diameters = *thickest - *thinnest < 1e-9 * *thickest
-                                        ? log::format("diameter %.4g", 2 * *thickest)
-                                        : log::format("diameters %.4g to %.4g", 2 * *thinnest, 2 * *thickest);
+    double thinnest = std::numeric_limits<double>::infinity(), thickest = 0.0;  // of those with a section
+    for (const double radius : radii(parameters, scene.fibers)) {
+      if (radius > 0.0) thinnest = std::min(thinnest, radius);
+      thickest = std::max(thickest, radius);
+    }
+    if (thickest > 0.0) {
+      const std::string diameters = thickest - thinnest < 1e-9 * thickest
+                                        ? log::format("diameter %.4g", 2 * thickest)
+                                        : log::format("diameters %.4g to %.4g", 2 * thinnest, 2 * thickest);
       line("        " + diameters +
-           (finest > 0.0 ? log::format(", largest h / diameter = %.3g", finest / (2 * std::max(*thinnest, 1e-300)))
-                         : ""));
+           (largest_h > 0.0 ? log::format(", largest h / diameter = %.3g", largest_h / (2 * thinnest)) : ""));
     }
   }
   return text;

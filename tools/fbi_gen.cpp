@@ -13,6 +13,7 @@
 #include "base/version.hpp"
 #include "case/schema.hpp"
 #include "io/case_file.hpp"
+#include "io/pending_file.hpp"
 #include "meshgen/scene.hpp"
 
 namespace {
@@ -104,6 +105,7 @@ int main(int argc, char** argv) {
   }
   try {
     fbi::log::configure(true, arguments.quiet);
+    fbi::io::survive_file_size_limit();
     if (arguments.schema || arguments.reference) {
       const std::string text = arguments.schema ? fbi::cases::case_json_schema() : fbi::cases::case_reference();
       if (std::fputs(text.c_str(), stdout) == EOF || std::fflush(stdout) != 0) {

@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "base/error.hpp"
+#include "base/log.hpp"
 #include "case/schema_tables.hpp"
 #include "input/float_traps.hpp"
 #include "input/reader.hpp"
@@ -23,9 +24,10 @@ bool is_moving(const FiberGroup& group) { return group.physics.formulation != be
 void check_parts(Visitor& v, const CaseParameters& p) {
   const bool fibers = !p.fibers.empty() || v.failed("fibers");
   const bool fluid = v.given("fluid");
-  if (fluid && !v.given("channel")) v.error("", "missing key \"channel\": the fluid needs a place to be");
+  if (fluid && !v.given("channel")) v.missing("channel", "missing key \"channel\": the fluid needs a place to be");
   if (!fluid && v.given("channel")) {
-    v.error("", "missing key \"fluid\": the channel is empty; add \"fluid\": { \"density\": ..., \"viscosity\": ... }");
+    v.missing("fluid",
+              "missing key \"fluid\": the channel is empty; add \"fluid\": { \"density\": ..., \"viscosity\": ... }");
   }
   if (!fluid && !v.given("channel") && !fibers)
     v.error("", "nothing to compute: give \"fluid\" and \"channel\", \"fibers\", or all");
@@ -83,6 +85,10 @@ void check_time(Visitor& v, CaseParameters& p) {
   }
   if (v.failed("time.step") || v.failed("time.end") || v.failed("time.fluid") || v.failed("time.beam")) return;
   if (unsteady || dynamic_fibers) {
+    if (!v.given("time")) {
+      v.missing("time", "missing key \"time\"; add for example \"time\": { \"step\": 1e-3, \"end\": 1 }");
+      return;
+    }
     if (!v.given("time.step")) v.error("time", "missing key \"step\", the time step; add for example \"step\": 1e-3");
     if (!v.given("time.end")) v.error("time", "missing key \"end\", the end time; add for example \"end\": 1");
   } else if (static_fibers) {
@@ -93,9 +99,8 @@ void check_time(Visitor& v, CaseParameters& p) {
     const double steps = p.time.end / p.time.step;
     const double whole = std::max(1.0, std::round(steps));
     if (std::abs(steps - whole) > 1e-6 * whole) {
-      v.error("time.end", "must be a whole number of steps, not " + number_text(std::round(steps * 1e4) / 1e4) +
-                              "; use for example " +
-                              number_text(std::stod(number_text(static_cast<float>(whole * p.time.step)))));
+      v.error("time.end", "must be a whole number of steps, not " + log::format("%.6g", steps) + "; use for example " +
+                              log::format("%.6g", whole * p.time.step));
     } else if (whole > 2e9) {
       v.error("time.step", "makes more than 2e9 steps");
     }

@@ -53,7 +53,9 @@ void describe_section(Visitor& v, beam::Section& p) {
     const double square = p.radius * p.radius;
     p.area = std::numbers::pi * square;
     p.inertia = 0.25 * std::numbers::pi * square * square;
-    if (!v.failed("radius") && !(p.inertia > 0.0)) v.error("radius", "is too small: its second moment of area is 0");
+    if (!v.failed("radius") && (p.inertia < 1e-300 || p.inertia > 1e300)) {
+      v.error("radius", "is too small or too large: its second moment of area is no ordinary number");
+    }
   }
 }
 
@@ -125,9 +127,11 @@ void describe_fiber_group(Visitor& v, FiberGroup& p) {
                           (has_start(clamped) && has_start(pinned) ? "start" : "end") + " cannot be both; remove one");
   }
   if (!v.failed("formulation") && moves) {
-    if (!v.given("section")) v.error("", "missing key \"section\"; add for example \"section\": { \"radius\": 0.01 }");
+    if (!v.given("section"))
+      v.missing("section", "missing key \"section\"; add for example \"section\": { \"radius\": 0.01 }");
     if (!v.given("material")) {
-      v.error("", "missing key \"material\"; add for example \"material\": { \"young\": 1e7, \"density\": 10 }");
+      v.missing("material",
+                "missing key \"material\"; add for example \"material\": { \"young\": 1e7, \"density\": 10 }");
     }
   }
   if (v.given("name") && !v.failed("name")) {

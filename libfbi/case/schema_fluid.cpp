@@ -86,7 +86,8 @@ void describe_boundary(Visitor& v, fluid::BoundaryCondition& p) {
            p.backflow_beta, between(0.5, 1.0));
   if (!v.reading() || v.failed("type")) return;
   if (p.type == BoundaryType::traction && !v.given("traction")) {
-    v.error("", "missing key \"traction\", needed for type traction; add for example \"traction\": [0, 0, 0]");
+    v.missing("traction",
+              "missing key \"traction\", needed for type traction; add for example \"traction\": [0, 0, 0]");
   }
   if (v.given("backflow_beta") && !p.backflow) {
     v.error("backflow_beta", "has no effect without \"backflow\": true; add that or remove this");

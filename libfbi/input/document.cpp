@@ -22,8 +22,7 @@ class TokenCursor {
 
   /// Position of the next token (a bracket, a string, a number or a word); moves behind it.
   Position next() {
-    skip_to_token();
-    const Position position{line_, column_};
+    const Position position = skip_to_token();
     if (offset_ >= text_.size()) return position;
     const char first = text_[offset_];
     advance();
@@ -40,10 +39,16 @@ class TokenCursor {
     return position;
   }
 
-  /// Position of the character at `offset`, from where the cursor is.
-  Position at(std::size_t offset) {
-    while (offset_ < offset && offset_ < text_.size()) advance();
-    return {line_, column_};
+  /// Start of the token that ends at `offset` or later (or one before it: the parser notices an unknown word at the
+  /// character that follows), else the place just before `offset`. For a new cursor.
+  Position token_before(std::size_t offset, bool unknown_word) {
+    while (true) {
+      const Position place = skip_to_token(offset > 0 ? offset - 1 : 0);
+      if (offset_ + 1 >= offset || offset_ >= text_.size()) return place;
+      const bool word = std::string("{}[]\"").find(text_[offset_]) == std::string::npos;
+      next();
+      if (offset_ + (word && unknown_word ? 1 : 0) >= offset) return place;
+    }
   }
 
  private:
@@ -58,8 +63,9 @@ class TokenCursor {
     }
   }
 
-  void skip_to_token() {
-    while (offset_ < text_.size()) {
+  /// Moves over blanks, comments, commas and colons, but not beyond `limit`.
+  Position skip_to_token(std::size_t limit = std::string::npos) {
+    while (offset_ < text_.size() && offset_ < limit) {
       if (text_.compare(offset_, 2, "//") == 0) {
         while (offset_ < text_.size() && text_[offset_] != '\n') advance();
       } else if (text_.compare(offset_, 2, "/*") == 0) {
@@ -69,9 +75,10 @@ class TokenCursor {
       } else if (std::string(" \t\r\n,:").find(text_[offset_]) != std::string::npos) {
         advance();
       } else {
-        return;
+        break;
       }
     }
+    return {line_, column_};
   }
 
   const std::string& text_;
@@ -120,7 +127,7 @@ class TreeBuilder {
     return true;
   }
 
-  bool parse_error(std::size_t offset, const std::string& last_token, const Json::exception& error) {
+  bool parse_error(std::size_t offset, const std::string& /*last_token*/, const Json::exception& error) {
     std::string what = error.what();
     // "[json.exception.parse_error.101] parse error at line 1, column 2: syntax error while parsing value - unexpected
     // ..."
@@ -133,9 +140,13 @@ class TreeBuilder {
         what.find("unexpected ']'; expected '['") != std::string::npos) {
       what += "; is there a comma too many before it?";
     }
-    const std::size_t length = std::min(last_token.size(), offset);
-    TokenCursor cursor(text_);
-    complaints_.push_back({cursor.at(offset - length), "not valid JSON: " + what});
+    // What was read last may be long and hold control characters.
+    if (const std::size_t begin = what.find("; last read: "); begin != std::string::npos) {
+      const std::size_t end = what.find("; expected", begin);
+      what.erase(begin, end == std::string::npos ? std::string::npos : end - begin);
+    }
+    complaints_.push_back(
+        {TokenCursor(text_).token_before(offset, what.find("invalid literal") == 0), "not valid JSON: " + what});
     return false;
   }
 

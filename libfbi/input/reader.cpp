@@ -30,11 +30,17 @@ void Reader::read_object(const Node& node, const std::string& path, const Descri
   frames_.push_back({&node, path, {}});
   describe(*this);
   const std::vector<std::string>& keys = frames_.back().keys;
+  std::set<std::string> misspelt;
   for (const Node::Member& member : node.members) {
     if (std::find(keys.begin(), keys.end(), member.key) != keys.end()) continue;
-    std::string hint = did_you_mean(member.key, keys);
-    if (hint.empty()) hint = "; known here: " + list_text(keys);
+    const std::string nearest = nearest_word(member.key, keys);
+    misspelt.insert(nearest);
+    const std::string hint =
+        nearest.empty() ? "; known here: " + list_text(keys) : "; did you mean \"" + nearest + "\"?";
     complaints_.push_back({member.position, prefix(path) + "unknown key \"" + member.key + "\"" + hint});
+  }
+  for (const auto& [key, what] : frames_.back().missing) {
+    if (misspelt.count(key) == 0) complaints_.push_back({node.position, prefix(path) + what});
   }
   frames_.pop_back();
 }
@@ -50,8 +56,7 @@ const Node* Reader::take(const Field& f, std::string& path) {
       std::string what = "missing key \"" + f.key + "\"";
       if (!f.only_key.empty()) what += ", needed for " + f.only_key + " " + f.only_value;
       if (!f.example.empty()) what += "; add for example \"" + f.key + "\": " + f.example;
-      complain(*frame.node, frame.path, what);
-      failed_.insert(path);
+      missing(f.key, what);
     }
     return nullptr;
   }
@@ -130,10 +135,8 @@ bool Reader::whole(const Node& node, const std::string& path, Index& value, cons
     complain(node, path, "must be a whole number, not " + number_text(read));
     return false;
   }
-  Range bounds = range;
-  bounds.max = std::min(bounds.max, static_cast<double>(std::numeric_limits<Index>::max()));
-  bounds.min = std::max(bounds.min, static_cast<double>(std::numeric_limits<Index>::min()));
-  if (!in_range(node, path, read, bounds)) return false;
+  const Range storable = between(std::numeric_limits<Index>::min(), std::numeric_limits<Index>::max());
+  if (!in_range(node, path, read, range) || !in_range(node, path, read, storable)) return false;
   value = static_cast<Index>(read);
   return true;
 }
@@ -295,6 +298,11 @@ bool Reader::failed(const std::string& path) const {
     if (it->size() == full.size() || (*it)[full.size()] == '.' || (*it)[full.size()] == '[') return true;
   }
   return false;
+}
+
+void Reader::missing(const std::string& key, const std::string& what) {
+  frames_.back().missing.push_back({key, what});
+  failed_.insert(inside(key));
 }
 
 void Reader::error(const std::string& path, const std::string& what) {

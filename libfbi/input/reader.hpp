@@ -30,6 +30,7 @@ class Reader final : public Visitor {
   bool reading() const override { return true; }
   bool given(const std::string& path) const override;
   bool failed(const std::string& path) const override;
+  void missing(const std::string& key, const std::string& what) override;
   void error(const std::string& path, const std::string& what) override;
 
  private:
@@ -48,7 +49,8 @@ class Reader final : public Visitor {
   struct Frame {
     const Node* node;
     std::string path;
-    std::vector<std::string> keys;  // named by the table
+    std::vector<std::string> keys;                             // named by the table
+    std::vector<std::pair<std::string, std::string>> missing;  // key and message
   };
   std::vector<Frame> frames_;
   std::map<std::string, Position> positions_;  // of every value met, by its full path

@@ -114,6 +114,8 @@ class Visitor {
   virtual bool given(const std::string& /*path*/) const { return false; }
   /// True when the value at this path, or below it, could not be used.
   virtual bool failed(const std::string& /*path*/) const { return false; }
+  /// Reports that a key of this object is missing, unless another key looks like a misspelling of it.
+  virtual void missing(const std::string& /*key*/, const std::string& /*what*/) {}
   /// Reports an error at the path, or at the nearest object around it that exists.
   virtual void error(const std::string& /*path*/, const std::string& /*what*/) {}
 
