@@ -181,7 +181,7 @@ struct Coupling::Implementation {
       if (fraction > allowed_outside && parameters.outside == Outside::error) continue;  // the error says it
       warned[group] = true;
       log::warning(
-          "fiber '%s' lies %.3g %% outside the fluid mesh (%lld fibers reach outside): no fluid force acts there",
+          "fiber '%s' lies %.3g %% outside the fluid mesh (fibers that reach outside: %lld): no fluid force acts there",
           name.c_str(), 100.0 * fraction, static_cast<long long>(coverage.fibers_outside));
     }
     if (coverage.worst_fraction > allowed_outside && parameters.outside == Outside::error)

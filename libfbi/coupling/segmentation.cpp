@@ -42,10 +42,10 @@ bool holds(const Curve& curve, const Cell& cell, double x) {
   return project(cell, curve.point(x), xi) && is_inside(xi);
 }
 
-/// The farthest x beyond `end` in `direction` that is still inside, by steps that grow from 4e-9 to 1e-3.
+/// The farthest x beyond `end` in `direction` that is still inside, by steps that grow from 1e-11 to 1e-3.
 double reach(const Curve& curve, const Cell& cell, double end, double direction) {
   double reached = end;
-  for (double step = 4e-9; step < 1e-3; step *= 8.0) {
+  for (double step = 1e-11; step < 1e-3; step *= 10.0) {
     const double x = std::clamp(end + direction * step, -1.0, 1.0);
     if (!holds(curve, cell, x)) break;
     reached = x;

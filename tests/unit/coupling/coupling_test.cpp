@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "base/error.hpp"
+#include "fem/hex8.hpp"
 #include "scene.hpp"
 
 namespace fbi::test {
@@ -164,6 +165,59 @@ TEST(Coupling, FiberMovesAcrossRankBoundary) {
       for (std::size_t i = 0; i < m.size(); ++i) ASSERT_NEAR(m[i], expected[i], 1e-15);
     }
   }
+}
+
+/// Straight lines on mesh edges and across warped faces, tilted and shifted by `offset` [length] at random.
+mesh::FiberMeshData grazing_lines(const mesh::HexMeshData& mesh, int count, double offset, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(0.0, 1.0), sign(-1.0, 1.0);
+  const auto node = [&](GlobalIndex cell, int a) {
+    return Vec3(Eigen::Map<const Vec3>(&mesh.nodes[3 * mesh.cells[8 * cell + a]]));
+  };
+  const auto inner = [](const Vec3& x) { return x.minCoeff() > 0.01 && x.maxCoeff() < 0.99; };
+  mesh::FiberMeshData fibers;
+  fibers.first_node.push_back(0);
+  while (static_cast<int>(fibers.name.size()) < count) {
+    const GlobalIndex cell = static_cast<GlobalIndex>(unit(random) * mesh.cell_count());
+    const std::array<int, 4>& face = fem::hex8_faces[static_cast<int>(6 * unit(random))];
+    const bool edge = unit(random) < 0.3;
+    const double s = edge ? 0.0 : unit(random);
+    Vec3 from = (1 - s) * node(cell, face[0]) + s * node(cell, face[1]);
+    Vec3 to = (1 - s) * node(cell, face[3]) + s * node(cell, face[2]);
+    for (int i = 0; i < 3; ++i) {
+      from[i] += offset * sign(random);
+      to[i] += offset * sign(random);
+    }
+    if (inner(from) && inner(to)) add_line(fibers, from, to, 1 + static_cast<int>(3 * unit(random)));
+  }
+  return fibers;
+}
+
+TEST(Coupling, FibersInAndNearWarpedFacesAndEdges) {
+  const mesh::HexMeshData mesh = perturbed(cube(6), 0.03, 31);
+  for (int power = 0; power <= 14; ++power) {
+    const Scene scene(mesh, grazing_lines(mesh, 150, power == 0 ? 0.0 : std::pow(10.0, -2 - power), 32 + power));
+    Coupling coupling(scene.fluid, scene.fibers, CouplingParameters());
+    SCOPED_TRACE(power);
+    expect_exact(scene, coupling, moved(scene.fibers, Vec3::Zero()));
+  }
+  expect_as_serial(mesh, grazing_lines(mesh, 40, 0.0, 33), 0.0);
+  expect_as_serial(mesh, grazing_lines(mesh, 40, 1e-7, 34), 0.0);
+}
+
+TEST(Coupling, FarFromTheOrigin) {
+  mesh::HexMeshData mesh = perturbed(cube(5), 0.03, 41);
+  mesh::FiberMeshData fibers = random_lines(60, 0.1, 0.9, 3, 42);
+  for (double& x : mesh.nodes) x = 100.0 + 0.1 * x;
+  for (double& x : fibers.position) x = 100.0 + 0.1 * x;
+  for (double& length : fibers.element_length) length *= 0.1;
+  const Scene scene(mesh, fibers);
+  Coupling coupling(scene.fluid, scene.fibers, CouplingParameters());
+  coupling.update(moved(scene.fibers, Vec3::Zero()));
+  EXPECT_EQ(coupling.coverage().outside, 0.0);
+  // Positions near 100 are rounded to 1.4e-14, and so is each of the 180 element lengths.
+  EXPECT_NEAR(coupling.coverage().covered, reference_length(scene), 180 * 1.5e-14);
+  EXPECT_LT(coupling.coverage().identity_error, 1e-14);
 }
 
 TEST(Coupling, SameDofsGiveBitwiseSameOperators) {
