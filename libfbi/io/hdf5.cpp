@@ -254,6 +254,12 @@ std::vector<std::string> File::children(const std::string& group) const {
   return names;
 }
 
+bool File::is_group(const std::string& name) const {
+  if (!has(name)) return false;
+  const Scoped id(H5Oopen(handle_, name.c_str(), H5P_DEFAULT), H5Oclose);
+  return id.good() && H5Iget_type(id) == H5I_GROUP;
+}
+
 void File::make_group(const std::string& name) {
   const Scoped links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
   H5Pset_create_intermediate_group(links, 1);

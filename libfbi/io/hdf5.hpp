@@ -40,6 +40,8 @@ class File {
   bool has(const std::string& name) const;
   /// Names of what is in a group, sorted; empty when there is no such group.
   std::vector<std::string> children(const std::string& group) const;
+  /// True for a group, false for a dataset.
+  bool is_group(const std::string& name) const;
   void make_group(const std::string& name);
 
   void write_attribute(const std::string& object, const std::string& name, const std::string& value);

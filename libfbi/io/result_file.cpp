@@ -152,6 +152,12 @@ void ResultWriter::write_mesh_file() const {
   if (fluid_) {
     file.write_rows("/fluid/nodes", nodes_->to_file(fluid_->coordinates.data(), 3, 3, 0), 3, nodes_->begin(),
                     nodes_->total());
+    if (fluid_->box)
+      for (int a = 0; a < 3; ++a) {
+        const std::vector<double>& all = fluid_->box->coordinates[a];
+        file.write_rows(std::string("/fluid/box/") + "xyz"[a], comm_.rank() == 0 ? all : std::vector<double>{}, 1, 0,
+                        static_cast<GlobalIndex>(all.size()));
+      }
     const FileOrder order(comm_, fluid_->cell_id, fluid_->global_cells);
     std::vector<GlobalIndex> cells(fluid_->cells.size());
     for (std::size_t k = 0; k < cells.size(); ++k) cells[k] = fluid_->node_id[fluid_->cells[k]];

@@ -1,9 +1,9 @@
 /// Field output of a run: one file a step, a mesh file, an index and an XDMF description.
 ///
-///     NAME.run/mesh.h5      /fluid/nodes, cells; /fibers/names, group, first_node, first_point, reference_dofs,
-///     polylines NAME.run/000050.h5    /fluid/FIELD (nodes or (nodes,components)); /fibers/position, velocity, force
-///     (points,3), dofs (nodes,6) NAME.run.h5           /input, /provenance, /steps/number, time, /outputs/000050
-///     (link), /mesh (link), /history NAME.run.xdmf
+///     NAME.run/mesh.h5      /fluid/nodes, cells, box/x, y, z (of a box); /fibers/names, group, first_node,
+///     first_point, reference_dofs, polylines NAME.run/000050.h5    /fluid/FIELD (nodes or (nodes,components));
+///     /fibers/position, velocity, force (points,3), dofs (nodes,6) NAME.run.h5           /input, /provenance,
+///     /steps/number, time, /outputs/000050 (link), /mesh (link), /history NAME.run.xdmf
 ///
 /// Everything is in file order (node and fiber numbers of the case file), whatever the number of ranks.
 #pragma once

@@ -30,7 +30,7 @@ std::string escaped(const std::string& text) {
 
 std::string item(const std::string& place, const char* type, int bytes, GlobalIndex rows, int columns) {
   std::string extent = std::to_string(rows);
-  if (columns > 1) extent += " " + std::to_string(columns);
+  if (columns > 1) extent.append(" ").append(std::to_string(columns));
   return log::format("<DataItem Format=\"HDF\" NumberType=\"%s\" Precision=\"%d\" Dimensions=\"%s\">%s</DataItem>",
                      type, bytes, extent.c_str(), escaped(place).c_str());
 }

@@ -116,6 +116,7 @@ TEST(Result, StepsHoldTheFieldsInFileOrder) {
   const File mesh = open_kind(paths.mesh(), FileKind::mesh);
   EXPECT_EQ(mesh.read<double>("/fluid/nodes"), scene.content.mesh.nodes);
   EXPECT_EQ(mesh.read<GlobalIndex>("/fluid/cells"), scene.content.mesh.cells);
+  EXPECT_EQ(mesh.read<double>("/fluid/box/y"), scene.content.mesh.box->coordinates[1]);
   EXPECT_EQ(mesh.read_strings("/fibers/names", 0, 7), scene.content.fibers.name);
   EXPECT_EQ(mesh.read<GlobalIndex>("/fibers/first_point"), (std::vector<GlobalIndex>{0, 13, 26, 39, 52, 65, 78}));
   const std::vector<double> reference = mesh.read<double>("/fibers/reference_dofs");

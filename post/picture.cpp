@@ -1,0 +1,116 @@
+#include "post/picture.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "base/error.hpp"
+#include "base/log.hpp"
+#include "io/format.hpp"
+#include "io/pending_file.hpp"
+#include "post/plot.hpp"
+
+namespace fbi::post {
+namespace {
+
+using io::File;
+
+// The output of that step, or the last one.
+io::StepTime choose(const Run& run, std::optional<GlobalIndex> step) {
+  if (run.outputs.empty())
+    throw Error(ExitCode::file,
+                "\"" + run.paths.index + "\" has no field output yet; set \"every\" in \"output\" or wait");
+  if (!step) return run.outputs.back();
+  std::string known;
+  for (const io::StepTime& output : run.outputs) {
+    if (output.step == *step) return output;
+    known += (known.empty() ? "" : ", ") + std::to_string(output.step);
+  }
+  throw Error(ExitCode::usage, "there is no output of step " + std::to_string(*step) + "; there are: " + known);
+}
+
+// Lines "x y speed" of the plane z = middle, a blank line after each row of nodes.
+std::string slice(const File& fields, const std::array<std::vector<double>, 3>& box) {
+  const std::vector<double>&x = box[0], &y = box[1], &z = box[2];
+  const double middle = 0.5 * (z.front() + z.back());
+  const std::size_t above = std::clamp<std::size_t>(
+      static_cast<std::size_t>(std::upper_bound(z.begin(), z.end(), middle) - z.begin()), 1, z.size() - 1);
+  const double share = (middle - z[above - 1]) / (z[above] - z[above - 1]);
+  const GlobalIndex plane = static_cast<GlobalIndex>(x.size() * y.size());
+  const std::vector<double> two =
+      fields.read_rows<double>("/fluid/velocity", static_cast<GlobalIndex>(above - 1) * plane, 2 * plane);
+  std::string text = "# x y speed\n";
+  for (std::size_t j = 0; j < y.size(); ++j) {
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const std::size_t node = 3 * (i + j * x.size()), over = node + 3 * static_cast<std::size_t>(plane);
+      double square = 0.0;
+      for (int d = 0; d < 3; ++d) {
+        const double v = (1 - share) * two[node + d] + share * two[over + d];
+        square += v * v;
+      }
+      text += log::format("%.9g %.9g %.9g\n", x[i], y[j], std::sqrt(square));
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+// Lines "x y" of the center lines whose first points are nearest to the plane, blank lines between them.
+std::string center_lines(const File& mesh, const File& fields, double middle) {
+  std::string text = "# x y\n";
+  if (!mesh.has("/fibers") || !fields.has("/fibers/position")) return text;
+  const std::vector<double> points = fields.read<double>("/fibers/position"),
+                            reference = mesh.read<double>("/fibers/reference_dofs");
+  const std::vector<GlobalIndex> first_node = mesh.read<GlobalIndex>("/fibers/first_node");
+  std::vector<GlobalIndex> first = mesh.read<GlobalIndex>("/fibers/first_point");
+  first.push_back(static_cast<GlobalIndex>(points.size() / 3));
+  std::vector<double> distance;
+  for (const GlobalIndex node : first_node)
+    distance.push_back(std::abs(reference[6 * static_cast<std::size_t>(node) + 2] - middle));
+  const double nearest = *std::min_element(distance.begin(), distance.end());
+  for (std::size_t f = 0; f < distance.size(); ++f) {
+    if (distance[f] > nearest + 1e-9 * (1.0 + std::abs(middle))) continue;
+    for (GlobalIndex p = first[f]; p < first[f + 1]; ++p)
+      text += log::format("%.9g %.9g\n", points[3 * static_cast<std::size_t>(p)],
+                          points[3 * static_cast<std::size_t>(p) + 1]);
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+std::vector<std::string> write_picture(const std::string& base, const Run& run, std::optional<GlobalIndex> step) {
+  const io::StepTime output = choose(run, step);
+  const File mesh = io::open_kind(run.paths.mesh(), io::FileKind::mesh);
+  const File fields = io::open_kind(run.paths.step(output.step), io::FileKind::step);
+  if (!mesh.has("/fluid/box") || !fields.has("/fluid/velocity"))
+    throw Error(ExitCode::file, "\"" + run.paths.index + "\" has no velocity in a box; open \"" + run.paths.xdmf +
+                                    "\" in ParaView instead");
+  const std::array<std::vector<double>, 3> box = {mesh.read<double>("/fluid/box/x"), mesh.read<double>("/fluid/box/y"),
+                                                  mesh.read<double>("/fluid/box/z")};
+  const double middle = 0.5 * (box[2].front() + box[2].back());
+  const double width = box[0].back() - box[0].front(), height = box[1].back() - box[1].front();
+  const int pixels = static_cast<int>(std::clamp(1400.0 * height / width, 180.0, 1400.0)) + 160;
+  const std::string name = std::filesystem::path(base).filename().string();
+  std::string script = "# Run it with: gnuplot " + name + ".gp\nset encoding utf8\nset title ";
+  script +=
+      gnuplot_quoted(log::format("%s: speed in the plane z = %g at time %g", run.name.c_str(), middle, output.time));
+  script += " noenhanced\nset view map\nset size ratio -1\nunset key\nset xlabel 'x'\nset ylabel 'y'\nset tics out\n";
+  script += log::format("set xrange [%.9g:%.9g]\nset yrange [%.9g:%.9g]\n", box[0].front(), box[0].back(),
+                        box[1].front(), box[1].back());
+  script += "set palette defined (0 '#ffffff', 1 '#b5d4e9', 2 '#60a6d1', 3 '#2070b4', 4 '#08306b')\n";
+  script += log::format("set terminal pngcairo size 1600,%d font 'sans,16'\nset output ", pixels) +
+            gnuplot_quoted(name + ".png") + "\n";
+  script += "splot " + gnuplot_quoted(name + ".dat") + " using 1:2:3 with pm3d, \\\n      " +
+            gnuplot_quoted(name + ".fibers.dat") + " using 1:2:(0) with lines linewidth 2 linecolor rgb '#d94801'\n";
+  script += log::format("set terminal svg size 1600,%d font 'sans,16' background 'white'\nset output ", pixels) +
+            gnuplot_quoted(name + ".svg") + "\nreplot\nset output\n";
+  io::write_text_file(base + ".dat", slice(fields, box));
+  io::write_text_file(base + ".fibers.dat", center_lines(mesh, fields, middle));
+  io::write_text_file(base + ".gp", script);
+  run_gnuplot(base + ".gp");
+  return {base + ".dat", base + ".fibers.dat", base + ".gp", base + ".png", base + ".svg"};
+}
+
+}  // namespace fbi::post

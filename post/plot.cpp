@@ -1,0 +1,74 @@
+#include "post/plot.hpp"
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <filesystem>
+
+#include "base/error.hpp"
+#include "base/log.hpp"
+#include "io/pending_file.hpp"
+
+namespace fbi::post {
+
+std::string gnuplot_quoted(const std::string& text) {
+  std::string result = "'";
+  for (const char c : text) result += c == '\'' ? "''" : std::string(1, c);
+  return result + "'";
+}
+
+void run_gnuplot(const std::string& script) {
+  const std::filesystem::path path(script);
+  const std::string directory = path.has_parent_path() ? path.parent_path().string() : ".",
+                    name = path.filename().string();
+  const pid_t child = fork();
+  if (child == 0) {
+    if (chdir(directory.c_str()) == 0) execlp("gnuplot", "gnuplot", name.c_str(), static_cast<char*>(nullptr));
+    _exit(127);
+  }
+  int status = 0;
+  while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (child > 0 && WIFEXITED(status) && WEXITSTATUS(status) == 0) return;
+  const bool missing = child < 0 || (WIFEXITED(status) && WEXITSTATUS(status) == 127);
+  throw Error(ExitCode::file,
+              missing ? "cannot run gnuplot, so there are no pictures; install gnuplot-nox and run: gnuplot " + script
+                      : "gnuplot failed on \"" + script + "\"; its message is above, the script can be changed");
+}
+
+std::vector<std::string> write_plot(const std::string& base, const Plot& plot) {
+  std::string data = "#";
+  for (const std::string& column : plot.columns) data += " " + column;
+  data += "\n";
+  for (const Curve& curve : plot.curves) {
+    data += "# " + curve.label + "\n";
+    for (const std::vector<double>& row : curve.rows) {
+      for (std::size_t c = 0; c < row.size(); ++c) data += log::format(c ? " %.17g" : "%.17g", row[c]);
+      data += "\n";
+    }
+    data += "\n\n";
+  }
+  const std::string name = std::filesystem::path(base).filename().string();
+  std::string curves;
+  for (std::size_t i = 0; i < plot.curves.size(); ++i)
+    curves += std::string(i ? ", \\\n     " : "plot ") + gnuplot_quoted(name + ".dat") + " index " + std::to_string(i) +
+              " using 1:" + std::to_string(plot.y_column) + " with " +
+              (plot.curves[i].rows.size() > 1 ? "lines" : "points") + " linewidth 2 title " +
+              gnuplot_quoted(plot.curves[i].label) + " noenhanced";
+  const std::string script =
+      "# Run it with: gnuplot " + name + ".gp\nset encoding utf8\nset title " + gnuplot_quoted(plot.title) +
+      " noenhanced\nset xlabel " + gnuplot_quoted(plot.x_label) + "\nset ylabel " + gnuplot_quoted(plot.y_label) +
+      "\nset grid\nset key outside below\nset terminal svg size 900,560 font 'sans,16' dynamic background 'white'\n"
+      "set output " +
+      gnuplot_quoted(name + ".svg") + "\n" + curves +
+      "\nset terminal pngcairo size 1350,840 font 'sans,16'\nset output " + gnuplot_quoted(name + ".png") +
+      "\nreplot\nset terminal pdfcairo size 18cm,11.2cm font 'sans,12'\nset output " + gnuplot_quoted(name + ".pdf") +
+      "\nreplot\nset output\n";
+  io::write_text_file(base + ".dat", data);
+  io::write_text_file(base + ".gp", script);
+  run_gnuplot(base + ".gp");
+  return {base + ".dat", base + ".gp", base + ".svg", base + ".png", base + ".pdf"};
+}
+
+}  // namespace fbi::post

@@ -1,0 +1,35 @@
+/// Pictures by gnuplot, with the data and the script beside them so that users can change both.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace fbi::post {
+
+/// One curve of a plot: rows of numbers; the x axis is the first column.
+struct Curve {
+  std::string label;
+  std::vector<std::vector<double>> rows;  ///< shape=(rows,columns)
+};
+
+/// Curves over a common x axis; column `y_column` (from 1, the first is x) of each curve is drawn, all columns are in
+/// the data.
+struct Plot {
+  std::string title, x_label, y_label;
+  std::vector<std::string> columns;  ///< names, for the head of the data file
+  int y_column = 2;
+  std::vector<Curve> curves;
+};
+
+/// Writes BASE.dat and BASE.gp and lets gnuplot make BASE.svg, BASE.png and BASE.pdf. Returns the files' paths. Throws
+/// Error(file), also when gnuplot is missing or fails (data and script stay).
+std::vector<std::string> write_plot(const std::string& base, const Plot& plot);
+
+/// A text as a gnuplot string.
+std::string gnuplot_quoted(const std::string& text);
+
+/// Runs a gnuplot script in its directory. Throws Error(file).
+void run_gnuplot(const std::string& script);
+
+}  // namespace fbi::post
