@@ -70,6 +70,9 @@ class FluidField {
   /// `robin` times `coefficient` times the face mass int N_a N_b / h on open (traction, outflow) faces, h = the local cell size normal to the face.
   linalg::MatHandle pressure_laplacian(const std::vector<double>& coefficient, double robin) const;
 
+  /// Sides of a box mesh (direction, low or high end) that leave the pressure open; all false for other meshes. Collective.
+  std::array<std::array<bool, 2>, 3> open_sides() const;
+
   /// Makes the iterate the accepted state, updates v' and the history. Collective.
   void accept_step();
 

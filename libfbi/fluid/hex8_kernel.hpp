@@ -95,8 +95,9 @@ inline PointCoefficients<Batch> coefficients(const KernelConstants& constants, c
 /// @param acceleration  dv/dt - b - sigma v at the corners, shape=(3,8); overwritten
 /// @param out           shape=(4,8)
 template <class Geometry, bool Convection, bool ViscousResidual>
-inline void hex8_residual(const typename Geometry::Cells& cells, const KernelConstants& constants, const BatchTau& tau,
-                          Batch (*u)[8], Batch (*acceleration)[8], Batch (*out)[8]) {
+[[gnu::flatten]] inline void hex8_residual(const typename Geometry::Cells& cells, const KernelConstants& constants,
+                                           const BatchTau& tau, Batch (*u)[8], Batch (*acceleration)[8],
+                                           Batch (*out)[8]) {
   const Geometry geometry(cells);
   const FieldAtPoints<ViscousResidual> field(u);
   Batch rest[3][8];
@@ -138,9 +139,10 @@ struct TangentState {
 /// @param x    direction, corner values (v, p), shape=(4,8); overwritten
 /// @param out  shape=(4,8)
 template <class Geometry, bool Convection, bool ViscousResidual>
-inline void hex8_tangent(const typename Geometry::Cells& cells, const KernelConstants& constants, const BatchTau& tau,
-                         const TangentState<Geometry, Convection, ViscousResidual>& state, Batch (*x)[8],
-                         Batch (*out)[8]) {
+[[gnu::flatten]] inline void hex8_tangent(const typename Geometry::Cells& cells, const KernelConstants& constants,
+                                          const BatchTau& tau,
+                                          const TangentState<Geometry, Convection, ViscousResidual>& state,
+                                          Batch (*x)[8], Batch (*out)[8]) {
   const Geometry geometry(cells);
   const FieldAtPoints<ViscousResidual> direction(x);
   const PointCoefficients<Batch> c = coefficients(constants, tau);
