@@ -69,10 +69,13 @@ std::string describe_case(const File& file) {
   }
   if (file.has("/fibers")) {
     const GlobalIndex count = file.shape("/fibers/names")[0];
-    const std::string first = file.read_strings("/fibers/names", 0, 1)[0],
-                      last = file.read_strings("/fibers/names", count - 1, 1)[0];
-    text +=
-        line("fibers", std::to_string(count) + (count > 1 ? " (" + first + " ... " + last + ")" : " (" + first + ")"));
+    const std::vector<std::string> names = file.read_strings("/fibers/names", 0, count);
+    std::string shown = names.front() + " ... " + names.back();
+    if (count <= 12) {
+      shown = names[0];
+      for (std::size_t f = 1; f < names.size(); ++f) shown += ", " + names[f];
+    }
+    text += line("fibers", std::to_string(count) + " (" + shown + ")");
     text += line("fiber elements", file.shape("/fibers/element_length")[0]);
     text += line("fiber unknowns", 6 * file.shape("/fibers/position")[0]);
   } else {
