@@ -71,16 +71,14 @@ void check_time(Visitor& v, CaseParameters& p) {
   const bool dynamic_fibers = moving && !static_fibers;
   const bool steady = p.fluid && p.fluid_time.scheme == fluid::TimeScheme::steady;
   const bool unsteady = p.fluid && !steady;
-  if (steady && dynamic_fibers) {
+  if (steady && moving) {
     v.error("time.fluid.scheme",
-            "steady flow does not go with fibers that move in time; set \"time\": { \"beam\": { \"scheme\": "
-            "\"static\" } }, or \"formulation\": \"fixed\"");
+            "steady flow does not go with fibers that move; set \"formulation\": \"fixed\" for every fiber, or use "
+            "\"one_step_theta\"");
     return;
   }
   if (unsteady && static_fibers) {
-    v.error("time.beam.scheme",
-            "static fibers do not go with flow that changes in time; set \"time\": { \"fluid\": { \"scheme\": "
-            "\"steady\" } }");
+    v.error("time.beam.scheme", "static goes with fibers alone, without fluid; use \"generalized_alpha\"");
     return;
   }
   if (v.failed("time.step") || v.failed("time.end") || v.failed("time.fluid") || v.failed("time.beam")) return;

@@ -66,16 +66,17 @@ namespace {
 void describe_fluid_time(Visitor& v, fluid::FluidTimeParameters& p) {
   v.choice<fluid::TimeScheme>(field("scheme", "time integration of the fluid"), p.scheme,
                               {{fluid::TimeScheme::one_step_theta, "one_step_theta", "trapezoidal family"},
-                               {fluid::TimeScheme::steady, "steady", "no time derivative"}});
+                               {fluid::TimeScheme::steady, "steady", "no time derivative; fibers must be fixed"}});
   v.number(field("theta", "1 = implicit Euler, 0.5 = trapezoidal rule")
                .only("scheme", "one_step_theta", p.scheme == fluid::TimeScheme::one_step_theta),
            p.theta, between(0.5, 1.0));
 }
 
 void describe_beam_time(Visitor& v, beam::BeamTimeParameters& p) {
-  v.choice<beam::TimeScheme>(field("scheme", "time integration of the fibers"), p.scheme,
-                             {{beam::TimeScheme::generalized_alpha, "generalized_alpha", "dynamics"},
-                              {beam::TimeScheme::static_, "static", "equilibrium, loads applied in steps"}});
+  v.choice<beam::TimeScheme>(
+      field("scheme", "time integration of the fibers"), p.scheme,
+      {{beam::TimeScheme::generalized_alpha, "generalized_alpha", "dynamics"},
+       {beam::TimeScheme::static_, "static", "equilibrium of fibers without fluid, loads applied in steps"}});
   v.number(field("rho_inf", "spectral radius at infinite frequency; 1 = no numerical damping")
                .only("scheme", "generalized_alpha", p.scheme == beam::TimeScheme::generalized_alpha),
            p.rho_inf, between(0.0, 1.0));

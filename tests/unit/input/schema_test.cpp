@@ -174,3 +174,23 @@ TEST(Schema, IsAJsonSchema) {
 TEST(Schema, ReferencePageIsUpToDate) {  // write it anew by: fbi-gen --reference > docs/input-reference.md
   EXPECT_EQ(file_text("docs/input-reference.md"), cases::case_reference());
 }
+
+TEST(Schema, EveryPrefixAndManyMutationsEndWell) {  // accepted or refused with a message, never anything else
+  const std::string text = file_text("tests/input/valid/canopy.json");
+  const std::size_t last_brace = text.rfind('}');
+  for (std::size_t length = 0; length <= last_brace; ++length)
+    EXPECT_NE(errors(text.substr(0, length)), "none") << length;
+  EXPECT_EQ(errors(text.substr(0, last_brace + 1)), "none");
+  unsigned state = 7;
+  const auto random = [&](std::size_t n) {
+    return static_cast<std::size_t>((state = state * 1664525u + 1013904223u) >> 8) % n;
+  };
+  const std::string letters = "{}[]\",:0123456789.-+eE*/()xyzt \n\\";
+  std::size_t refused = 0;
+  for (int i = 0; i < 2000; ++i) {
+    std::string mutant = text;
+    for (int k = 0; k < 3; ++k) mutant[random(mutant.size())] = letters[random(letters.size())];
+    refused += errors(mutant) != "none";
+  }
+  EXPECT_GT(refused, 1000u);
+}
