@@ -25,7 +25,8 @@ class SparseExchange {
   const Comm& comm() const { return comm_; }
 
   /// Delivers out[r] to rank r and returns what arrived here by sender, ascending; empty arrays are not sent. T is
-  /// trivially copyable. Cost: the messages and one barrier; none on one rank. Collective.
+  /// trivially copyable. Cost: the messages, one reduction and one barrier; nothing on one rank. Throws Error(geometry)
+  /// on all ranks when a message exceeds 2 GiB. Collective.
   template <class T>
   std::map<int, std::vector<T>> exchange(std::map<int, std::vector<T>> out) {
     static_assert(std::is_trivially_copyable_v<T>);
