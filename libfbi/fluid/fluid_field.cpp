@@ -5,6 +5,7 @@
 
 #include "base/log.hpp"
 #include "base/timer.hpp"
+#include "fem/hex8.hpp"
 #include "fluid/boundary_conditions.hpp"
 #include "fluid/ghosted.hpp"
 #include "fluid/node_matrix.hpp"

@@ -1,6 +1,7 @@
 /// The fluid field: state, time integration, matrix-free residual and tangent, boundary conditions.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <string>
