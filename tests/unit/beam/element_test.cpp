@@ -62,7 +62,6 @@ TEST(TorsionFreeElement, ResidualIsTheFirstVariationOfTheEnergy) {
       expected[i] = difference([&](const Vector& x) { return torsion_free().energy(element, x.data()); }, q, i, 2e-3);
     worst = std::max(worst, (residual - expected).norm() / residual.norm());
   }
-  RecordProperty("residual_against_energy", std::to_string(worst));
   std::printf("residual against differences of the energy: %.1e\n", worst);
   EXPECT_LE(worst, 1e-7);
 }
@@ -116,7 +115,7 @@ TEST(TorsionFreeElement, EnergyIsTheStatedIntegral) {
   one.axial_stiffness = 0.0;
   const double error = std::abs(torsion_free().energy(one, q.data()) / bending - 1);
   std::printf("bending quadrature, strongly bent element: relative error %.1e\n", error);
-  EXPECT_LE(error, 2e-2);
+  EXPECT_LE(error, 5e-3);
 }
 
 TEST(TorsionFreeElement, RigidMotionStoresNoEnergy) {

@@ -3,6 +3,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "base/error.hpp"
@@ -258,6 +259,27 @@ TEST(BeamField, UnsupportedStaticFiberIsAStatusNotAnException) {
   field.initialize({});
   field.begin_step(1.0, 1.0);
   EXPECT_EQ(field.solve_step({}), -1);
+}
+
+TEST(BeamField, NotANumberIsAStatusNotAnException) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  mesh::FiberMesh mesh = test::straight_fiber({0, 0, 0}, {1, 0, 0}, 1.0, 2);
+  FiberParameters group = test::stiffness(10.0, 1.0);
+  group.start = EndCondition::clamped;
+  BeamField field(mesh, {group}, {}, Vec3::Zero());
+  field.initialize({});
+  field.begin_step(0.1, 0.1);
+  std::vector<double> force(6 * static_cast<std::size_t>(mesh.nodes()), 0.0);
+  if (mesh.comm.rank() == 0) force[7] = nan;  // every rank must hear of it
+  EXPECT_EQ(field.solve_step(force), -1);
+  field.begin_step(0.1, 0.1);
+  std::vector<double> delta(force.size(), 0.0);
+  delta[7] = nan;
+  field.increment(delta);
+  field.linearize();
+  std::vector<double> x(force.size(), 1.0);
+  field.solve(0, x.data());
+  EXPECT_FALSE(std::isfinite(x[7]));
 }
 
 TEST(BeamField, RefusesACurvedReference) {

@@ -1,0 +1,78 @@
+/// Cost of the fibers of a large canopy: 3375 fibers of 3 elements, residual, tangents, factors and compliances.
+#include <benchmark/benchmark.h>
+#include <mpi.h>
+
+#include "unit/beam/straight_fiber.hpp"
+
+namespace fbi {
+namespace {
+
+constexpr Index fibers_x = 225, fibers_z = 15, elements = 3;
+
+struct Canopy {
+  mesh::FiberMesh mesh;
+  std::vector<beam::FiberParameters> groups;
+  Canopy() {
+    for (Index i = 0; i < fibers_x; ++i)
+      for (Index k = 0; k < fibers_z; ++k)
+        test::add_straight_fiber(mesh, {1 + 10.0 / 226 * (i + 1), 0, (k + 1) / 17.0}, {0, 1, 0}, 0.3, elements);
+    beam::FiberParameters group;
+    group.section.radius = 0.01;
+    group.material.young = 1e7;
+    group.material.density = 10;
+    group.start = beam::EndCondition::clamped;
+    groups = {group};
+  }
+};
+
+void linearize(benchmark::State& state) {
+  const Canopy canopy;
+  beam::BeamField field(canopy.mesh, canopy.groups, {}, {0.5, 0, 0});
+  field.initialize({});
+  field.begin_step(2e-4, 2e-4);
+  for (auto _ : state) field.linearize();
+}
+BENCHMARK(linearize)->Unit(benchmark::kMillisecond);
+
+void compliance(benchmark::State& state) {
+  const Canopy canopy;
+  beam::BeamField field(canopy.mesh, canopy.groups, {}, {0.5, 0, 0});
+  field.initialize({});
+  field.begin_step(2e-4, 2e-4);
+  field.linearize();
+  // one row for each node, coupled to the nodes of its two elements
+  const Index rows = elements + 1, columns = 2 * (elements + 1);
+  std::vector<double> d(static_cast<std::size_t>(rows) * columns, 0.0);
+  for (Index r = 0; r < rows; ++r)
+    for (Index c = 0; c < columns; ++c)
+      if (std::abs(r - c / 2) <= 1) d[r * columns + c] = c % 2 == 0 ? 0.03 : 0.001;
+  beam::RowMatrix block;
+  for (auto _ : state)
+    for (Index f = 0; f < canopy.mesh.fibers(); ++f) {
+      field.compliance(f, d.data(), rows, block);
+      benchmark::DoNotOptimize(block.data());
+    }
+}
+BENCHMARK(compliance)->Unit(benchmark::kMillisecond);
+
+void step(benchmark::State& state) {
+  const Canopy canopy;
+  beam::BeamField field(canopy.mesh, canopy.groups, {}, {0.5, 0, 0});
+  field.initialize({});
+  for (auto _ : state) {
+    field.begin_step(2e-4, 2e-4);
+    benchmark::DoNotOptimize(field.solve_step({}));
+  }
+}
+BENCHMARK(step)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace fbi
+
+int main(int argc, char** argv) {
+  MPI_Init(&argc, &argv);
+  benchmark::Initialize(&argc, argv);
+  benchmark::RunSpecifiedBenchmarks();
+  MPI_Finalize();
+  return 0;
+}
