@@ -115,6 +115,12 @@ double BeamField::force_scale() const {
   return largest;
 }
 
+double BeamField::round_off() const {
+  double largest = 0.0;
+  for (const double value : implementation_->round_off) largest = std::fmax(largest, value);
+  return largest;
+}
+
 void BeamField::solve(Index fiber, double* b) const {
   if (is_fixed(fiber))
     std::fill_n(b, implementation_->fibers[fiber].dofs(), 0.0);

@@ -9,7 +9,6 @@ namespace fbi::fsi {
 namespace {
 
 constexpr double robin = 3.0;                  // Robin coefficient of the pressure operator at open faces, times 1/h
-constexpr double renew_pressure_beyond = 0.2;  // relative change of the mean coefficient
 constexpr GlobalIndex direct_below = 3000;     // unknowns; below, factorising beats iterating
 
 /// Local part of a vector for reading, released at the end of the scope.
@@ -226,7 +225,7 @@ void FluidSolver::apply_preconditioner(Vec r, Vec x) {
     Write p(x);
     for (Index a = 0; a < owned; ++a)
       p.get()[4 * static_cast<std::size_t>(a) + 3] =
-          solution.get()[a] / pressure_scale_ + viscosity / volume[a] * right.get()[a];
+          pressure_scale_ * solution.get()[a] + viscosity / volume[a] * right.get()[a];
   }
   apply_operator(x, work_);
   {
@@ -254,22 +253,26 @@ void FluidSolver::apply_preconditioner(Vec r, Vec x) {
 
 void FluidSolver::renew_pressure() {
   const double sigma = fluid_.sigma(), density = fluid_.parameters().density;
-  std::vector<double> coefficient = fluid_.tau_m();
-  double sum = 0.0;
-  for (double& c : coefficient) {
-    c += 1.0 / (density * sigma);
-    sum += c;
-  }
-  const double mean = comm_.sum(sum) / static_cast<double>(fluid_.mesh().global_cells);
-  if (pressure_ != nullptr) {
-    pressure_scale_ = mean / pressure_coefficient_;
-    if (std::abs(pressure_scale_ - 1.0) < renew_pressure_beyond) return;
-  }
+  // The Schur complement of the momentum rows. The inertial part of PSPG, tau (grad q, rho v'), takes from the divergence what
+  // tau (grad q, grad p) adds: together they leave 1/(rho sigma), whatever tau is.
+  pressure_scale_ = density * sigma;
+  if (pressure_ != nullptr) return;
   Timed timed("pressure setup");
-  pressure_coefficient_ = mean;
-  pressure_scale_ = 1.0;
-  pressure_ = std::make_unique<linalg::PressureSolver>(comm_, fluid_.pressure_laplacian(coefficient, robin),
-                                                       fluid_.pressure_is_free());
+  const mesh::HexMesh& mesh = fluid_.mesh();
+  if (linalg::TensorPoisson::supports(mesh)) {
+    const std::array<std::array<bool, 2>, 3> open = fluid_.open_sides();
+    std::array<std::array<double, 2>, 3> ends{};
+    for (int d = 0; d < 3; ++d) {
+      const std::vector<double>& x = mesh.box->coordinates[d];
+      if (open[d][0]) ends[d][0] = robin / (x[1] - x[0]);
+      if (open[d][1]) ends[d][1] = robin / (x[x.size() - 1] - x[x.size() - 2]);
+    }
+    pressure_ = std::make_unique<linalg::TensorPoisson>(mesh, ends);
+    return;
+  }
+  const std::vector<double> one(mesh.local_cells(), 1.0);
+  pressure_ = std::make_unique<linalg::MultigridPressure>(comm_, fluid_.pressure_laplacian(one, robin),
+                                                          fluid_.pressure_is_free());
 }
 
 bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed) {

@@ -12,6 +12,7 @@
 #include "linalg/krylov.hpp"
 #include "linalg/multiplier_factor.hpp"
 #include "linalg/pressure_solver.hpp"
+#include "linalg/tensor_poisson.hpp"
 
 namespace fbi::fsi {
 
@@ -71,8 +72,7 @@ class FluidSolver {
   // Iterative.
   std::unique_ptr<linalg::Krylov> krylov_;
   std::unique_ptr<linalg::PressureSolver> pressure_;
-  double pressure_coefficient_ = 0.0;  // mean coefficient that the pressure operator was built for
-  double pressure_scale_ = 1.0;        // present mean coefficient over that one
+  double pressure_scale_ = 1.0;        // rho sigma
   std::vector<double> diffusion_;      // diagonal of the Laplacian, shape=(local nodes)
   std::vector<double> weight_;         // W, shape=(local nodes,3)
   double weight_sigma_ = -1.0;

@@ -8,6 +8,8 @@
 namespace fbi::fsi {
 namespace {
 
+constexpr double round_off_margin = 10.0;  // the norm of all rows against the largest entry
+
 double norm(const Comm& comm, const std::vector<double>& values) {
   double sum = 0.0;
   for (const double value : values) sum += value * value;
@@ -141,7 +143,9 @@ StepReport solve_monolithic(System& system) {
     if (moving) fiber_reference = std::max(fiber_reference, norm(system.comm(), force));
     const double fluid_floor = parameters.newton_absolute_tolerance * system.fluid_scale();
     const double fiber_floor =
-        moving ? parameters.newton_absolute_tolerance * system.comm().max(system.beams().force_scale()) : 0.0;
+        moving ? std::max(parameters.newton_absolute_tolerance * system.comm().max(system.beams().force_scale()),
+                          round_off_margin * system.comm().max(system.beams().round_off()))
+               : 0.0;
     norms.fluid = fluid_reference > 0.0 ? fluid_norm / fluid_reference : 0.0;
     norms.fiber = fiber_reference > 0.0 ? fiber_norm / fiber_reference : 0.0;
     if (iterated) norms.constraint = constraint_residual(system, lambda);

@@ -2,7 +2,7 @@
 
 namespace fbi::linalg {
 
-PressureSolver::PressureSolver(const Comm& comm, MatHandle matrix, bool singular) : matrix_(std::move(matrix)) {
+MultigridPressure::MultigridPressure(const Comm& comm, MatHandle matrix, bool singular) : matrix_(std::move(matrix)) {
   FBI_PETSC(KSPCreate(comm.get(), ksp_.out()));
   FBI_PETSC(KSPSetOperators(ksp_, matrix_, matrix_));
   FBI_PETSC(KSPSetType(ksp_, KSPPREONLY));
@@ -27,6 +27,6 @@ PressureSolver::PressureSolver(const Comm& comm, MatHandle matrix, bool singular
   FBI_PETSC(KSPSetUp(ksp_));
 }
 
-void PressureSolver::apply(Vec b, Vec x) { FBI_PETSC(KSPSolve(ksp_, b, x)); }
+void MultigridPressure::apply(Vec b, Vec x) { FBI_PETSC(KSPSolve(ksp_, b, x)); }
 
 }  // namespace fbi::linalg

@@ -1,4 +1,4 @@
-/// One cycle of algebraic multigrid on the pressure operator, for preconditioning.
+/// Approximate inverses of the pressure operator, for preconditioning.
 #pragma once
 
 #include "base/comm.hpp"
@@ -6,15 +6,20 @@
 
 namespace fbi::linalg {
 
-/// hypre BoomerAMG on a scalar, symmetric positive (semi-)definite matrix; one V-cycle an application.
+/// x = P^-1 b for a scalar, symmetric positive (semi-)definite operator on the owned nodes.
 class PressureSolver {
  public:
-  /// `singular`: the constant is in the kernel; it is projected out of right-hand side and solution. Collective.
-  PressureSolver(const Comm& comm, MatHandle matrix, bool singular);
+  virtual ~PressureSolver() = default;
+  /// Collective.
+  virtual void apply(Vec b, Vec x) = 0;
+};
 
-  /// x = approximate A^-1 b. Collective.
-  void apply(Vec b, Vec x);
-  Mat matrix() const { return matrix_; }
+/// hypre BoomerAMG on any matrix; one V-cycle an application.
+class MultigridPressure : public PressureSolver {
+ public:
+  /// `singular`: the constant is in the kernel; it is projected out of right-hand side and solution. Collective.
+  MultigridPressure(const Comm& comm, MatHandle matrix, bool singular);
+  void apply(Vec b, Vec x) override;
 
  private:
   MatHandle matrix_;
