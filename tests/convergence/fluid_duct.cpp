@@ -1,0 +1,119 @@
+// Fully developed flow in a square duct of unit side, driven by a pressure drop between two traction ends (two cells
+// along the axis): exact series. Steady: center velocity and flow rate.
+#include <gtest/gtest.h>
+
+#include "convergence/fluid_solver.hpp"
+
+namespace fbi::fluid::test {
+namespace {
+
+// w(x, y) for -dp/dz = mu: sum over odd k of sines in x, cosh in y.
+double series(double x, double y) {
+  double sum = 0;
+  for (int k = 1; k < 200; k += 2) {
+    const double n = k * M_PI;
+    // cosh(n (y - 1/2)) / cosh(n/2) without overflow
+    const double ratio = (std::exp(n * (y - 1)) + std::exp(-n * y)) / (1 + std::exp(-n));
+    sum += 4 / (n * n * n) * std::sin(n * x) * (1 - ratio);
+  }
+  return sum;
+}
+
+struct Duct {
+  mesh::HexMesh mesh;
+  FluidField field;
+  Duct(const std::vector<double>& side, double warp, ConvectiveForm form)
+      : mesh(box_mesh(Comm(MPI_COMM_SELF), {side, side, uniform(0, length(side), 2)}, false, warp)),
+        field(mesh, fluid(form), boundaries(length(side)), {TimeScheme::steady, 1.0}) {
+    field.initialize();
+    StepSolver solver(field);
+    // tau follows the velocity by repeated solves of the steady equations
+    for (int n = 0; n < (form == ConvectiveForm::none ? 1 : 6); ++n) {
+      field.begin_step(0, 0);
+      solver.solve();
+      field.accept_step();
+    }
+  }
+  static FluidParameters fluid(ConvectiveForm form) {
+    FluidParameters p;
+    p.density = 1;
+    p.viscosity = 0.05;
+    p.convective_form = form;
+    return p;
+  }
+  // The cells keep their aspect ratio under refinement, because V^(1/3) in tau does not see which side of a cell is
+  // long.
+  static double length(const std::vector<double>& side) { return 2.0 / static_cast<double>(side.size() - 1); }
+  // G = mu: the traction at the inlet is mu times the length
+  static BoundaryConditions boundaries(double length) {
+    BoundaryConditions all;
+    for (const char* face : {"xmin", "xmax", "ymin", "ymax"}) all[face] = of_type(BoundaryType::no_slip);
+    for (const char* face : {"zmin", "zmax"}) {
+      all[face] = of_type(BoundaryType::mixed);
+      all[face].velocity[0] = input::Expression(0.0);
+      all[face].velocity[1] = input::Expression(0.0);
+    }
+    all["zmin"].traction = {input::Expression(0.0), input::Expression(0.0), input::Expression(0.05 * length)};
+    return all;
+  }
+  double center() {
+    LocalArray u(field.iterate());
+    for (Index n = 0; n < mesh.local_nodes(); ++n)
+      if ((Eigen::Map<const Vec3>(mesh.node(n)) - Vec3(0.5, 0.5, 0)).norm() < 1e-12) return u[4 * n + 2];
+    return NAN;
+  }
+  Errors error() {
+    return errors(field, [](const Vec3& x, double* value) {
+      value[0] = value[1] = 0;
+      value[2] = series(x[0], x[1]);
+      value[3] = -0.05 * x[2];
+    });
+  }
+};
+
+constexpr double exact_center = 0.0736713532815;
+
+TEST(Duct, SeriesMatchesPublishedValues) {
+  EXPECT_NEAR(series(0.5, 0.5), exact_center, 1e-7);  // 100 terms
+  EXPECT_NEAR(series(0.25, 0.5), 0.0573349064746, 1e-7);
+  EXPECT_NEAR(series(0.25, 0.25), 0.0452861581095, 1e-7);
+}
+
+void check(const char* name, const std::vector<double>& coarse, const std::vector<double>& fine, double warp,
+           ConvectiveForm form) {
+  Duct one(coarse, warp, form), two(fine, warp, form);
+  const double e1 = one.error().velocity, e2 = two.error().velocity, order = std::log2(e1 / e2);
+  const double center = two.center() / exact_center - 1;
+  std::printf("%s, %zu cells: velocity error %.3e, order %.3f, center velocity %+.3e relative\n", name, fine.size() - 1,
+              e2, order, center);
+  EXPECT_GE(order,
+            1.9);  // above 2: the part of the ends (pressure layers of PSPG) falls faster
+  EXPECT_LT(std::abs(center), 0.005);
+}
+
+TEST(Duct, OrderTwoAndCenterVelocity) {
+  linalg::initialize_petsc();
+  check("Navier-Stokes", uniform(0, 1, 16), uniform(0, 1, 32), 0, ConvectiveForm::advective);
+  check("Stokes", uniform(0, 1, 16), uniform(0, 1, 32), 0, ConvectiveForm::none);
+}
+
+std::vector<double> halved(const std::vector<double>& x) {
+  std::vector<double> fine;
+  for (std::size_t i = 0; i + 1 < x.size(); ++i) {
+    fine.push_back(x[i]);
+    fine.push_back(0.5 * (x[i] + x[i + 1]));
+  }
+  fine.push_back(x.back());
+  return fine;
+}
+
+// Cells grow away from both walls, so that the center stays a node.
+TEST(Duct, OrderTwoOnAGradedBox) {
+  linalg::initialize_petsc();
+  std::vector<double> coarse = graded(0, 0.5, 8, 1.15);
+  for (int i = 7; i >= 0; --i) coarse.push_back(1 - coarse[i]);
+  check("graded", coarse, halved(coarse), 0, ConvectiveForm::advective);
+}
+
+}  // namespace
+}  // namespace fbi::fluid::test
