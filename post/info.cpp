@@ -13,7 +13,12 @@ namespace {
 
 using io::File;
 
-std::string line(const char* what, const std::string& value) { return log::format("  %-20s ", what) + value + "\n"; }
+// "  what   value"; further lines of the value stand below its first.
+std::string line(const char* what, const std::string& value) {
+  std::string text = log::format("  %-20s ", what);
+  for (const char c : value) text += c == '\n' ? "\n" + std::string(23, ' ') : std::string(1, c);
+  return text + "\n";
+}
 std::string line(const char* what, GlobalIndex value) { return line(what, std::to_string(value)); }
 
 std::string bytes(double size) {
@@ -94,7 +99,7 @@ std::string describe_result(const File& file) {
   text += line("ranks", file.integer_attribute("/provenance", "ranks"));
   text += line("started", attribute("started"));
   text += line("last written", attribute("written"));
-  text += line("state", std::string(run.complete ? "complete" : "going on, or stopped before its end"));
+  text += line("state", std::string(run.complete ? "ended properly" : "going on, or stopped before its end"));
   if (run.history) {
     std::string rows = std::to_string(run.history->rows.size()) + " steps";
     const int time = run.history->column("time");

@@ -29,8 +29,8 @@ io::StepTime choose(const Run& run, std::optional<GlobalIndex> step) {
   throw Error(ExitCode::usage, "there is no output of step " + std::to_string(*step) + "; there are: " + known);
 }
 
-// Lines "x y speed" of the plane z = middle, a blank line after each row of nodes.
-std::string slice(const File& fields, const std::array<std::vector<double>, 3>& box) {
+// Lines "x y speed" of the plane z = middle, a blank line after each row of nodes; sets the largest speed.
+std::string slice(const File& fields, const std::array<std::vector<double>, 3>& box, double& largest) {
   const std::vector<double>&x = box[0], &y = box[1], &z = box[2];
   const double middle = 0.5 * (z.front() + z.back());
   const std::size_t above = std::clamp<std::size_t>(
@@ -39,6 +39,7 @@ std::string slice(const File& fields, const std::array<std::vector<double>, 3>& 
   const GlobalIndex plane = static_cast<GlobalIndex>(x.size() * y.size());
   const std::vector<double> two =
       fields.read_rows<double>("/fluid/velocity", static_cast<GlobalIndex>(above - 1) * plane, 2 * plane);
+  largest = 0.0;
   std::string text = "# x y speed\n";
   for (std::size_t j = 0; j < y.size(); ++j) {
     for (std::size_t i = 0; i < x.size(); ++i) {
@@ -48,6 +49,7 @@ std::string slice(const File& fields, const std::array<std::vector<double>, 3>& 
         const double v = (1 - share) * two[node + d] + share * two[over + d];
         square += v * v;
       }
+      largest = std::max(largest, std::sqrt(square));
       text += log::format("%.9g %.9g %.9g\n", x[i], y[j], std::sqrt(square));
     }
     text += "\n";
@@ -55,7 +57,8 @@ std::string slice(const File& fields, const std::array<std::vector<double>, 3>& 
   return text;
 }
 
-// Lines "x y" of the center lines whose first points are nearest to the plane, blank lines between them.
+// Lines "x y" of the center lines whose first points are nearest to the plane; two blank lines between them, because
+// gnuplot would join lines with one blank line between them to a net.
 std::string center_lines(const File& mesh, const File& fields, double middle) {
   std::string text = "# x y\n";
   if (!mesh.has("/fibers") || !fields.has("/fibers/position")) return text;
@@ -73,7 +76,7 @@ std::string center_lines(const File& mesh, const File& fields, double middle) {
     for (GlobalIndex p = first[f]; p < first[f + 1]; ++p)
       text += log::format("%.9g %.9g\n", points[3 * static_cast<std::size_t>(p)],
                           points[3 * static_cast<std::size_t>(p) + 1]);
-    text += "\n";
+    text += "\n\n";
   }
   return text;
 }
@@ -91,22 +94,34 @@ std::vector<std::string> write_picture(const std::string& base, const Run& run, 
                                                   mesh.read<double>("/fluid/box/z")};
   const double middle = 0.5 * (box[2].front() + box[2].back());
   const double width = box[0].back() - box[0].front(), height = box[1].back() - box[1].front();
-  const int pixels = static_cast<int>(std::clamp(1400.0 * height / width, 180.0, 1400.0)) + 160;
+  const double flat = std::min(1.0, height / width);  // a flat channel makes a flat picture
+  const int pixels = static_cast<int>(1350.0 * std::max(height / width, 0.08)) + 200;
   const std::string name = std::filesystem::path(base).filename().string();
   std::string script = "# Run it with: gnuplot " + name + ".gp\nset encoding utf8\nset title ";
   script +=
       gnuplot_quoted(log::format("%s: speed in the plane z = %g at time %g", run.name.c_str(), middle, output.time));
-  script += " noenhanced\nset view map\nset size ratio -1\nunset key\nset xlabel 'x'\nset ylabel 'y'\nset tics out\n";
+  script +=
+      " noenhanced\nset view map\nset size ratio -1\nunset key\nset xlabel 'x'\nset ylabel 'y'\nset tics "
+      "scale 0.4\n";
+  script +=
+      "set lmargin at screen 0.10\nset rmargin at screen 0.87\nset tmargin at screen 0.85\nset bmargin at screen "
+      "0.25\n";
   script += log::format("set xrange [%.9g:%.9g]\nset yrange [%.9g:%.9g]\n", box[0].front(), box[0].back(),
                         box[1].front(), box[1].back());
+  if (flat < 0.3) script += log::format("set ytics %.9g\nset format cb '%%.3g'\n", 0.5 * height);
+  double largest = 0.0;
+  const std::string speeds = slice(fields, box, largest);
+  if (largest == 0.0) largest = 1.0;
+  script += log::format("set cbrange [0:%.9g]\n", largest);
+  if (flat < 0.3) script += log::format("set cbtics %.9g\n", 0.5 * largest);
   script += "set palette defined (0 '#ffffff', 1 '#b5d4e9', 2 '#60a6d1', 3 '#2070b4', 4 '#08306b')\n";
   script += log::format("set terminal pngcairo size 1600,%d font 'sans,16'\nset output ", pixels) +
             gnuplot_quoted(name + ".png") + "\n";
   script += "splot " + gnuplot_quoted(name + ".dat") + " using 1:2:3 with pm3d, \\\n      " +
-            gnuplot_quoted(name + ".fibers.dat") + " using 1:2:(0) with lines linewidth 2 linecolor rgb '#d94801'\n";
+            gnuplot_quoted(name + ".fibers.dat") + " using 1:2:(0) with lines linewidth 1.5 linecolor rgb '#d94801'\n";
   script += log::format("set terminal svg size 1600,%d font 'sans,16' background 'white'\nset output ", pixels) +
             gnuplot_quoted(name + ".svg") + "\nreplot\nset output\n";
-  io::write_text_file(base + ".dat", slice(fields, box));
+  io::write_text_file(base + ".dat", speeds);
   io::write_text_file(base + ".fibers.dat", center_lines(mesh, fields, middle));
   io::write_text_file(base + ".gp", script);
   run_gnuplot(base + ".gp");

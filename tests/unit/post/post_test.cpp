@@ -176,7 +176,7 @@ TEST_F(PostTest, TheProgramFromOutside) {
           "info example.h5 example.run.h5 example.run/000005.h5 example.run/restart-000010.h5 example.run/mesh.h5"),
       0);
   for (const char* part : {"case file", "6 x 4 x 2, from (0, 0, 0) to (3, 1, 1)", "face set zmax",
-                           "patch/0, patch/1, patch/2", "complete", "fbi-run example.h5", "step 5",
+                           "patch/0, patch/1, patch/2", "ended properly", "fbi-run example.h5", "step 5",
                            "10 steps, to time 1", "steps 10", "/fluid/velocity", "105 x 3", "checkpoint", "dt"})
     expect_contains(output, part);
   EXPECT_EQ(fbi_post("--help"), 0);
