@@ -381,7 +381,8 @@ linalg::MatHandle FluidField::pressure_laplacian(const std::vector<double>& coef
       [&](Index cell, const Boundaries::Corners& corners, const Boundaries::FaceMass& m, double area) {
         const double h = f.cells.volume()[cell] / area;
         for (int a = 0; a < 4; ++a)
-          for (int b = 0; b < 4; ++b) matrix.entry(cell, corners[a], corners[b], 0, 0) += robin * coefficient[cell] * m[a][b] / h;
+          for (int b = 0; b < 4; ++b)
+            matrix.entry(cell, corners[a], corners[b], 0, 0) += robin * coefficient[cell] * m[a][b] / h;
       });
   return matrix.finish();
 }
@@ -391,11 +392,10 @@ std::array<std::array<bool, 2>, 3> FluidField::open_sides() const {
   std::array<std::array<bool, 2>, 3> sides{};
   if (!f.mesh.box) return sides;
   int mine = 0, all = 0;
-  f.boundaries.visit_open_faces(
-      [&](Index, const Boundaries::Corners& corners, const Boundaries::FaceMass&, double) {
-        for (std::size_t side = 0; side < fem::hex8_faces.size(); ++side)
-          if (corners == fem::hex8_faces[side]) mine |= 1 << side;
-      });
+  f.boundaries.visit_open_faces([&](Index, const Boundaries::Corners& corners, const Boundaries::FaceMass&, double) {
+    for (std::size_t side = 0; side < fem::hex8_faces.size(); ++side)
+      if (corners == fem::hex8_faces[side]) mine |= 1 << side;
+  });
   MPI_Allreduce(&mine, &all, 1, MPI_INT, MPI_BOR, f.mesh.comm.get());
   for (int side = 0; side < 6; ++side) sides[side / 2][side % 2] = ((all >> side) & 1) != 0;
   return sides;

@@ -17,9 +17,10 @@ namespace fbi::fluid {
 
 /// Velocity and pressure on a distributed mesh, four interleaved unknowns (vx, vy, vz, p) per node.
 ///
-/// Vectors are PETSc ghosted vectors of block size 4: owned nodes first, then ghosts, in the order of the mesh's local nodes.
-/// The equations of a step are R(u) = 0 at t_{n+1} with R of the stabilised weak form (internal minus external); a coupling adds
-/// M^T lambda to R. Rows of given velocity components are Dirichlet rows: R is zero there and the tangent is the identity.
+/// Vectors are PETSc ghosted vectors of block size 4: owned nodes first, then ghosts, in the order of the mesh's local
+/// nodes. The equations of a step are R(u) = 0 at t_{n+1} with R of the stabilised weak form (internal minus external);
+/// a coupling adds M^T lambda to R. Rows of given velocity components are Dirichlet rows: R is zero there and the
+/// tangent is the identity.
 class FluidField {
  public:
   FluidField(const mesh::HexMesh& mesh, const FluidParameters& parameters, const BoundaryConditions& boundaries,
@@ -30,20 +31,22 @@ class FluidField {
   const FluidParameters& parameters() const;
   linalg::VecHandle create_vector() const;  ///< ghosted, zero
 
-  /// Initial velocity by expression, boundary values at t = 0 on top, pressure 0. With theta < 1: v'_0 = 0 where that is exact
-  /// (rest, no forces, no moving boundary values); otherwise v'_0 = 0 and two steps with theta = 1, after which v' obeys the
-  /// equations and the constraint, at a start error of second order. An impulsive start is reported. Call once. Collective.
+  /// Initial velocity by expression, boundary values at t = 0 on top, pressure 0. With theta < 1: v'_0 = 0 where that
+  /// is exact (rest, no forces, no moving boundary values); otherwise v'_0 = 0 and two steps with theta = 1, after
+  /// which v' obeys the equations and the constraint, at a start error of second order. An impulsive start is reported.
+  /// Call once. Collective.
   void initialize();
 
-  /// Starts the step to t_{n+1} = time: boundary values, tau from the extrapolated velocity, iterate = extrapolation of earlier
-  /// steps with the boundary values of t_{n+1} on top. dt = 0 for steady. Calling it again restarts the same step. Collective.
+  /// Starts the step to t_{n+1} = time: boundary values, tau from the extrapolated velocity, iterate = extrapolation of
+  /// earlier steps with the boundary values of t_{n+1} on top. dt = 0 for steady. Calling it again restarts the same
+  /// step. Collective.
   void begin_step(double time, double dt);
   /// 1/(theta dt) of this step; 0 for steady.
   double sigma() const;
   double theta() const;  ///< of this step (1 in start-up steps after an impulsive start, and for steady)
 
-  Vec iterate();  ///< u_{n+1}^i, ghosts up to date after every member function that changes it
-  Vec accepted(); ///< u_n
+  Vec iterate();   ///< u_{n+1}^i, ghosts up to date after every member function that changes it
+  Vec accepted();  ///< u_n
   /// Adds an increment (owned part) to the iterate and updates the ghosts. Collective.
   void increment(Vec delta);
 
@@ -55,23 +58,26 @@ class FluidField {
   void linearize();
   /// y = dR/du x for the exact tangent at fixed tau; identity in Dirichlet rows, Dirichlet columns dropped. Collective.
   void apply_jacobian(Vec x, Vec y);
-  /// The same tangent as an AIJ matrix of block size 4 (block structure of the mesh), from the same kernel. Every call returns
-  /// the same PETSc matrix with new values (pattern and communication are kept). Collective.
+  /// The same tangent as an AIJ matrix of block size 4 (block structure of the mesh), from the same kernel. Every call
+  /// returns the same PETSc matrix with new values (pattern and communication are kept). Collective.
   linalg::MatHandle assemble_jacobian();
 
   /// 1 for Dirichlet unknowns, 0 elsewhere, shape=(local nodes,4).
   const std::vector<char>& is_dirichlet() const;
-  /// No face leaves the pressure level open: the constant pressure mode is in the kernel; the mean must be fixed to zero.
+  /// No face leaves the pressure level open: the constant pressure mode is in the kernel; the mean must be fixed to
+  /// zero.
   bool pressure_is_free() const;
   /// Lumped mass sum_b int N_a N_b per local node (ghosts complete), shape=(local nodes) [length^3].
   const std::vector<double>& lumped_volume() const;
   /// tau_M of PSPG at each local cell for this step [time/density], shape=(local cells).
   const std::vector<double>& tau_m() const;
-  /// (Pressure operator for preconditioning) AIJ matrix of int grad N_a . grad N_b with `coefficient` per local cell, plus
-  /// `robin` times `coefficient` times the face mass int N_a N_b / h on open (traction, outflow) faces, h = the local cell size normal to the face.
+  /// (Pressure operator for preconditioning) AIJ matrix of int grad N_a . grad N_b with `coefficient` per local cell,
+  /// plus `robin` times `coefficient` times the face mass int N_a N_b / h on open (traction, outflow) faces, h = the
+  /// local cell size normal to the face.
   linalg::MatHandle pressure_laplacian(const std::vector<double>& coefficient, double robin) const;
 
-  /// Sides of a box mesh (direction, low or high end) that leave the pressure open; all false for other meshes. Collective.
+  /// Sides of a box mesh (direction, low or high end) that leave the pressure open; all false for other meshes.
+  /// Collective.
   std::array<std::array<bool, 2>, 3> open_sides() const;
 
   /// Makes the iterate the accepted state, updates v' and the history. Collective.
