@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Checks who includes what: the order of the rooms, and third-party headers only where they belong.
 
-Usage: tools/check_rooms.py [ROOT]. Prints one line "file:line: what is wrong" for each violation and ends with 1 if there is one.
-The order (docs/architecture.md): base <- input, fem <- mesh <- io, linalg, fluid, beam, search <- coupling <- fsi <- case;
-fluid may use linalg, fluid and beam never see each other, coupling sees neither.
+Usage: tools/check_rooms.py [ROOT]. Prints one line "file:line: what is wrong" for each violation; ends with 1 if there
+is one. The order (docs/architecture.md): base <- input, fem <- mesh <- io, linalg, fluid, beam, search <- coupling <-
+fsi <- case; fluid may use linalg, fluid and beam never see each other, coupling sees neither.
 """
 import fnmatch
 import pathlib
@@ -130,14 +130,15 @@ def check(root):
     for path, includes in sources.items():
         room = room_of(path)
         if room not in MAY_INCLUDE:
-            violations.append(f"{path}:1: room {room} has no place in the order of rooms; add it to tools/check_rooms.py")
+            violations.append(f"{path}:1: room {room} has no place in the order; add it to tools/check_rooms.py")
             continue
         for line, header, is_own in includes:
             where = f"{path}:{line}: "
             target = locate(header, sources) if is_own else None
             if is_own and target is None:
                 if header not in GENERATED:
-                    violations.append(where + f'"{header}" is not a file of the project; write "room/file.hpp", or <...> for others')
+                    violations.append(where + f'"{header}" is not a file of the project; '
+                                      'write "room/file.hpp", or <...> for others')
                 continue
             if target:
                 allowed = MAY_INCLUDE[room]
@@ -147,7 +148,8 @@ def check(root):
                 else:
                     fine = other == room or other in allowed or header in allowed
                 if not fine:
-                    violations.append(where + f"{room} must not include {header} (it may use: {', '.join(allowed) or 'nothing'})")
+                    violations.append(where + f"{room} must not include {header} "
+                                      f"(it may use: {', '.join(allowed) or 'nothing'})")
             for name, (patterns, files) in ONLY_IN.items():
                 if not is_own and matches(header, patterns) and not matches(path, files):
                     violations.append(where + f"{name} is used in {', '.join(files)} only, not here: <{header}>")

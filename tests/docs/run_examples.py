@@ -5,7 +5,7 @@ Fenced blocks are read in order; the words after the language say what to do wit
 
   ```json file=NAME          a whole case: written to NAME, given to fbi-gen --check
   ```json part-of=NAME       some keys of a case: they replace those of NAME, the result is given to fbi-gen --check
-  ```sh                      run by bash -e in a scratch folder that all blocks of the page share; the programs are in PATH
+  ```sh                      run by bash -e in a scratch folder that all blocks of the page share, programs in PATH
   ```sh exit=CODE            the same, and the last command must end with CODE
   ```sh not-run=REASON       too long or in need of a network; still its scripts, make targets and programs must exist
 
@@ -93,10 +93,12 @@ class Page:
         if words[0] == "mpirun":
             words = [word for word in words if word.startswith("fbi-")] or words
         if words[0] == "make":
-            code, output = self.run(["make", "-n", "BIN=" + self.env["PATH"].split(os.pathsep)[0]] + words[1:], self.root)
+            programs = self.env["PATH"].split(os.pathsep)[0]
+            code, output = self.run(["make", "-n", "BIN=" + programs] + words[1:], self.root)
             return "" if code == 0 else f"{line}: {output}"
         if "/" in words[0]:
-            return "" if os.access(self.root / words[0], os.X_OK) else f"{line}: {words[0]} is not an executable of the repository"
+            found = os.access(self.root / words[0], os.X_OK)
+            return "" if found else f"{line}: {words[0]} is not an executable of the repository"
         code, _ = self.run(["bash", "-c", f"command -v {shlex.quote(words[0])}"])
         return "" if code == 0 else f"{line}: {words[0]} is not a known command"
 

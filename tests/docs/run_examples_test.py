@@ -20,8 +20,8 @@ def run(page):
         (folder / "fbi-gen").chmod(0o755)
         (folder / "cases").mkdir()
         (folder / "cases" / "Makefile").write_text("known:\n\ttrue\n")
-        done = subprocess.run([sys.executable, HERE / "run_examples.py", "page.md", "--root", ".", "--bin", "."], cwd=folder,
-                              text=True, capture_output=True)
+        command = [sys.executable, HERE / "run_examples.py", "page.md", "--root", ".", "--bin", "."]
+        done = subprocess.run(command, cwd=folder, text=True, capture_output=True)
         return done.returncode, done.stdout + done.stderr
 
 
@@ -38,7 +38,8 @@ class RunExamples(unittest.TestCase):
     def test_good_page(self):
         self.expect(0, block("json file=a.json", '{"good": 1} // a comment') + block("sh", "fbi-gen --check a.json") +
                     block("json part-of=a.json", '"other": "http://x" // replaced') + block("sh exit=3", "exit 3") +
-                    block("sh not-run=long", "A=1 make -C cases known  # a comment") + block("text", "anything"), "5 examples, 0 failed")
+                    block("sh not-run=long", "A=1 make -C cases known  # a comment") + block("text", "anything"),
+                    "5 examples, 0 failed")
 
     def test_failures(self):
         self.expect(1, block("sh", "false\ntrue"), "ended with 1 instead of 0")
