@@ -4,6 +4,7 @@
 
 #include "base/timer.hpp"
 #include "coupling/complete_rows.hpp"
+#include "fem/hex8.hpp"
 
 namespace fbi::fsi {
 namespace {
@@ -275,41 +276,90 @@ void FluidSolver::renew_pressure() {
                                                           fluid_.pressure_is_free());
 }
 
+void FluidSolver::renew_weight() {
+  Timed timed("velocity weight");
+  const mesh::HexMesh& mesh = fluid_.mesh();
+  const fluid::FluidParameters& parameters = fluid_.parameters();
+  const double sigma = fluid_.sigma(), density = parameters.density, viscosity = parameters.viscosity;
+  if (cell_size_.empty()) {
+    for (Index c = 0; c < mesh.local_cells(); ++c) {
+      Eigen::Matrix<double, 3, 8> corners;
+      for (int a = 0; a < 8; ++a)
+        corners.col(a) = Eigen::Map<const Vec3>(mesh.node(mesh.cells[8 * static_cast<std::size_t>(c) + a]));
+      const Mat3 jacobian = 2.0 * corners * fem::hex8_gradient(Vec3::Zero());  // edge vectors of the cell's middle
+      const double volume = std::abs(jacobian.determinant());
+      double inverse_squares = 0.0;
+      for (int i = 0; i < 3; ++i) inverse_squares += 1.0 / jacobian.col(i).squaredNorm();
+      cell_size_.push_back(std::cbrt(volume));
+      cell_diffusion_.push_back(volume / 9.0 * inverse_squares);  // int |grad N_a|^2, exact on boxes
+    }
+  }
+  const bool convective = parameters.convective_form != fluid::ConvectiveForm::none;
+  const std::vector<double>& tau = fluid_.tau_m();
+  std::vector<double> diagonal(mesh.local_nodes(), 0.0);
+  {
+    GhostedForm form(fluid_.iterate());
+    Read velocity(form.get());
+    for (Index c = 0; c < mesh.local_cells(); ++c) {
+      const Index* nodes = &mesh.cells[8 * static_cast<std::size_t>(c)];
+      const double h = cell_size_[c];
+      double speed = 0.0, reaction = 0.0;
+      if (convective) {
+        // Mean velocity and, from the spread around it, the size of its differences across the cell.
+        Vec3 v = Vec3::Zero();
+        double squares = 0.0;
+        for (int a = 0; a < 8; ++a) {
+          const Eigen::Map<const Vec3> at(velocity.get() + 4 * static_cast<std::size_t>(nodes[a]));
+          v += 0.125 * at;
+          squares += 0.125 * at.squaredNorm();
+        }
+        speed = v.norm();
+        const double difference = 2.0 * std::sqrt(std::max(0.0, squares - v.squaredNorm()));
+        // rho (v.grad) dv and rho (dv.grad) v
+        reaction = density * (speed + difference) / h;
+      }
+      // One direction in three is streamline, and grad-div acts on one mode in three.
+      const double streamline = density * density * tau[c] * speed * speed;
+      const double grad_div = parameters.grad_div ? 0.5 * density * speed * h : 0.0;
+      const double diffusion = (viscosity + (streamline + grad_div) / 3.0) * cell_diffusion_[c];
+      for (int a = 0; a < 8; ++a) diagonal[nodes[a]] += diffusion + 0.125 * reaction * h * h * h;
+    }
+  }
+  complete_ghosts(diagonal);
+  const std::vector<double>& volume = fluid_.lumped_volume();
+  const std::vector<char>& dirichlet = fluid_.is_dirichlet();
+  weight_.resize(3 * static_cast<std::size_t>(mesh.local_nodes()));
+  for (Index a = 0; a < mesh.local_nodes(); ++a)
+    for (int i = 0; i < 3; ++i) {
+      const std::size_t node = a;
+      weight_[3 * node + i] = dirichlet[4 * node + i] != 0 ? 0.0 : 1.0 / (density * sigma * volume[a] + diagonal[a]);
+    }
+}
+
+void FluidSolver::complete_ghosts(std::vector<double>& values) {
+  const Index nodes = fluid_.mesh().local_nodes();
+  {
+    GhostedForm form(ghosted_);
+    Write to(form.get());
+    for (Index a = 0; a < nodes; ++a)
+      for (int i = 0; i < 4; ++i) to.get()[4 * static_cast<std::size_t>(a) + i] = i == 0 ? values[a] : 0.0;
+  }
+  FBI_PETSC(VecGhostUpdateBegin(ghosted_, ADD_VALUES, SCATTER_REVERSE));
+  FBI_PETSC(VecGhostUpdateEnd(ghosted_, ADD_VALUES, SCATTER_REVERSE));
+  FBI_PETSC(VecGhostUpdateBegin(ghosted_, INSERT_VALUES, SCATTER_FORWARD));
+  FBI_PETSC(VecGhostUpdateEnd(ghosted_, INSERT_VALUES, SCATTER_FORWARD));
+  GhostedForm form(ghosted_);
+  Read from(form.get());
+  for (Index a = 0; a < nodes; ++a) values[a] = from.get()[4 * static_cast<std::size_t>(a)];
+}
+
 bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed) {
   const mesh::HexMesh& mesh = fluid_.mesh();
-  const double sigma = fluid_.sigma(), density = fluid_.parameters().density, viscosity = fluid_.parameters().viscosity;
-  if (diffusion_.empty()) {
-    const std::vector<double> one(mesh.local_cells(), 1.0);
-    linalg::MatHandle laplacian = fluid_.pressure_laplacian(one, 0.0);
-    FBI_PETSC(MatGetDiagonal(laplacian, pressure_right_));
-    {
-      Read diagonal(pressure_right_);
-      Write to(ghosted_);
-      for (Index a = 0; a < mesh.owned_nodes; ++a) to.get()[4 * static_cast<std::size_t>(a)] = diagonal.get()[a];
-    }
-    FBI_PETSC(VecGhostUpdateBegin(ghosted_, INSERT_VALUES, SCATTER_FORWARD));
-    FBI_PETSC(VecGhostUpdateEnd(ghosted_, INSERT_VALUES, SCATTER_FORWARD));
-    GhostedForm form(ghosted_);
-    Read values(form.get());
-    diffusion_.resize(mesh.local_nodes());
-    for (Index a = 0; a < mesh.local_nodes(); ++a) diffusion_[a] = values.get()[4 * static_cast<std::size_t>(a)];
-  }
-  bool weight_changed = false;
-  if (weight_sigma_ != sigma) {
-    weight_changed = true;
-    weight_sigma_ = sigma;
-    const std::vector<double>& volume = fluid_.lumped_volume();
-    const std::vector<char>& dirichlet = fluid_.is_dirichlet();
-    weight_.resize(3 * static_cast<std::size_t>(mesh.local_nodes()));
-    for (Index a = 0; a < mesh.local_nodes(); ++a)
-      for (int i = 0; i < 3; ++i) {
-        const std::size_t node = a;
-        weight_[3 * node + i] =
-            dirichlet[4 * node + i] != 0 ? 0.0 : 1.0 / (density * sigma * volume[a] + viscosity * diffusion_[a]);
-      }
-  }
+  const bool first = weight_.empty();
+  renew_weight();
   if (coupling_ == nullptr || coupling_->global_rows() == 0) return true;
-  if (!weight_changed && !geometry_changed && !interface_changed) return true;
+  // The factor may lag behind the weight: fixed fibers keep theirs, which is what makes them cheap.
+  if (!first && !geometry_changed && !interface_changed) return true;
   Timed timed("multiplier factor");
   const linalg::MultiplierRows rows = coupling::complete_rows(mesh, *coupling_, weight_);
   std::vector<linalg::InterfaceBlock> blocks;

@@ -58,6 +58,8 @@ class FluidSolver {
   void apply_preconditioner(Vec r, Vec x);
   void velocity_block(const double* r, double* x);
   void renew_pressure();
+  void renew_weight();
+  void complete_ghosts(std::vector<double>& values);
   bool renew_velocity(bool geometry_changed, bool interface_changed);
   bool factorize_direct();
   void remove_mean_pressure(Vec x) const;
@@ -73,9 +75,8 @@ class FluidSolver {
   std::unique_ptr<linalg::Krylov> krylov_;
   std::unique_ptr<linalg::PressureSolver> pressure_;
   double pressure_scale_ = 1.0;        // rho sigma
-  std::vector<double> diffusion_;      // diagonal of the Laplacian, shape=(local nodes)
+  std::vector<double> cell_size_, cell_diffusion_;  // V^(1/3) [length] and int |grad N_a|^2 [length], shape=(local cells)
   std::vector<double> weight_;         // W, shape=(local nodes,3)
-  double weight_sigma_ = -1.0;
   linalg::MultiplierFactor factor_;
   linalg::VecHandle ghosted_, work_, work2_, scaled_;
   linalg::VecHandle pressure_right_, pressure_solution_;
