@@ -1,10 +1,11 @@
 /// fbi-run: solves a case file written by fbi-gen.
-#include <cstdlib>
-#include <string>
-#include <vector>
+#include <mpi.h>
 
 #include <CLI/CLI.hpp>
-#include <mpi.h>
+#include <cstdio>
+#include <new>
+#include <string>
+#include <vector>
 
 #include "base/error.hpp"
 #include "base/log.hpp"
@@ -17,17 +18,33 @@ namespace {
 
 int parse_and_run(int argc, char** argv, int rank) {
   fbi::cases::RunOptions options;
-  CLI::App app("Solves a case: fluid, fibers, or both together. For more ranks: mpirun -n N fbi-run CASE.h5", "fbi-run");
+  CLI::App app("Solves a case: fluid, fibers, or both together. On several cores: mpirun -n N fbi-run NAME.h5",
+               "fbi-run");
   bool version = false;
+  const CLI::Validator positive(
+      [](const std::string& text) {
+        double value = 0.0;
+        return CLI::detail::lexical_cast(text, value) && value > 0.0 ? std::string()
+                                                                     : "must be a number above 0, not " + text;
+      },
+      "> 0");
   app.add_flag("--version", version, "revision, build type and libraries");
   app.add_option("case", options.case_path, "case file written by fbi-gen (NAME.h5)");
   app.add_option("-o,--output", options.output, "result file; default NAME.run.h5 beside the case file");
-  app.add_option("--restart", options.restart, "go on from a checkpoint: 'last' or a step number");
-  app.add_option("--steps", options.steps, "stop after this many steps")->check(CLI::PositiveNumber);
+  app.add_option("--restart", options.restart,
+                 "go on from a checkpoint: 'last' or a step number; on any number of ranks");
+  app.add_option("--steps", options.steps, "stop with a checkpoint after this many steps")->check(positive);
   app.add_option("--max-walltime", options.max_walltime, "stop with a checkpoint after this many minutes")
-      ->check(CLI::PositiveNumber);
+      ->check(positive);
   app.add_flag("--dry-run", options.dry_run, "say what would be done: sizes, memory, disk, dimensionless numbers");
   app.add_flag("--quiet", options.quiet, "only warnings and errors");
+  app.footer(
+      "SIGTERM, SIGINT (Ctrl-C) or SIGUSR1 stop after the current step, with a checkpoint; under mpirun send SIGUSR1 "
+      "to\n"
+      "mpirun: it kills its processes a moment after the other two.\n"
+      "Exit codes: 0 ok, 1 usage or input, 2 geometry, 3 stopped early with a checkpoint, 4 diverged, 5 expected "
+      "values\n"
+      "missed, 6 file error.");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -64,7 +81,9 @@ int main(int argc, char** argv) {
     code = static_cast<int>(error.code());
   } catch (const std::exception& error) {
     // Nobody else knows of this one: the other ranks may wait in a collective call.
-    std::fprintf(stderr, "error: rank %d: %s\n", rank, error.what());
+    const bool memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr;
+    std::fprintf(stderr, "error: rank %d: %s\n", rank,
+                 memory ? "not enough memory; fbi-run --dry-run tells how much the case needs" : error.what());
     int size = 1;
     MPI_Comm_size(MPI_COMM_WORLD, &size);
     if (size > 1) MPI_Abort(MPI_COMM_WORLD, static_cast<int>(fbi::ExitCode::diverged));

@@ -54,12 +54,13 @@ void save_checkpoint(Setup& setup, const io::RunPaths& paths, const std::string&
   if (setup.fluid != nullptr)
     for (const auto& [name, value] : setup.fluid->scalars()) header.numbers[name] = *value;
   if (setup.acceleration != nullptr) header.vectors["acceleration"] = setup.acceleration->history();
-  io::write_checkpoint(setup.fiber_mesh->comm, paths, header, setup.fluid_mesh.get(), list.fluid, setup.fiber_mesh.get(),
-                       list.fibers);
+  io::write_checkpoint(setup.fiber_mesh->comm, paths, header, setup.fluid_mesh.get(), list.fluid,
+                       setup.fiber_mesh.get(), list.fibers);
   setup.system->drop_caches();
 }
 
-GlobalIndex load_checkpoint(Setup& setup, const io::RunPaths& paths, const std::string& json, const std::string& which) {
+GlobalIndex load_checkpoint(Setup& setup, const io::RunPaths& paths, const std::string& json,
+                            const std::string& which) {
   Timed timed("restart");
   const Comm& comm = setup.fiber_mesh->comm;
   const GlobalIndex step = io::find_checkpoint(comm, paths, which);
@@ -81,7 +82,8 @@ GlobalIndex load_checkpoint(Setup& setup, const io::RunPaths& paths, const std::
     setup.fluid->state_restored();
   }
   const auto history = header.vectors.find("acceleration");
-  if (setup.acceleration != nullptr && history != header.vectors.end()) setup.acceleration->set_history(history->second);
+  if (setup.acceleration != nullptr && history != header.vectors.end())
+    setup.acceleration->set_history(history->second);
   setup.system->drop_caches();
   return step;
 }

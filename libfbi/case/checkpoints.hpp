@@ -6,11 +6,12 @@
 
 namespace fbi::cases {
 
-/// Writes a checkpoint of the accepted state after `step`, then drops every cache of the running program, so that going on and
-/// restarting compute the same. Throws Error(file). Collective.
+/// Writes a checkpoint of the accepted state after `step`, then drops every cache of the running program, so that going
+/// on and restarting compute the same. Throws Error(file). Collective.
 void save_checkpoint(Setup& setup, const io::RunPaths& paths, const std::string& json, GlobalIndex step, double time);
 
-/// Restores the state of the checkpoint that `which` names ("last" or a step); returns its step. Throws Error. Collective.
+/// Restores the state of the checkpoint that `which` names ("last" or a step); returns its step. Throws Error.
+/// Collective.
 GlobalIndex load_checkpoint(Setup& setup, const io::RunPaths& paths, const std::string& json, const std::string& which);
 
 }  // namespace fbi::cases

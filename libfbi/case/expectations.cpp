@@ -13,7 +13,8 @@ Expectations::Expectations(const std::vector<Expectation>& expected, const std::
   for (const Expectation& expectation : expected) {
     const auto found = std::find(columns.begin(), columns.end(), expectation.quantity);
     if (found == columns.end()) {
-      problem += log::format("expect: \"%s\" is not a column of the history; the columns are", expectation.quantity.c_str());
+      problem +=
+          log::format("expect: \"%s\" is not a column of the history; the columns are", expectation.quantity.c_str());
       for (const std::string& column : columns) problem += " " + column;
       problem += "\n";
       continue;
@@ -56,8 +57,12 @@ bool Expectations::report() const {
     const bool good = watched.seen && error <= limit;
     met = met && good;
     const std::string when = expected.time ? log::format("at t = %g", *expected.time) : expected.reduce;
-    log::info("expect  %-36s %-12s %.8g, expected %.8g +- %.2g: %s", expected.quantity.c_str(), when.c_str(),
-              watched.value, expected.value, limit, good ? "ok" : "MISSED");
+    const std::string line = log::format("%-36s %-12s %.8g, expected %.8g +- %.2g", expected.quantity.c_str(),
+                                         when.c_str(), watched.value, expected.value, limit);
+    if (good)
+      log::info("expect  %s: ok", line.c_str());
+    else
+      log::error("expect  %s: MISSED", line.c_str());
   }
   return met;
 }

@@ -44,13 +44,15 @@ ProbeSet::ProbeSet(const std::vector<Probe>& probes, const mesh::FiberMesh& fibe
       for (Index f = 0; f < fibers.fibers(); ++f)
         if (fibers.name[f] == probe.fiber) located.fiber = f;
       if (!comm_.any(located.fiber >= 0))
-        problem += log::format("output.probes: there is no fiber \"%s\"; fbi-post info lists the names\n", probe.fiber.c_str());
+        problem += log::format("output.probes: there is no fiber \"%s\"; fbi-post info lists the names\n",
+                               probe.fiber.c_str());
       if (probe.forces) {
         located.columns = 6;
         add_columns(probe.fiber + ":drag", "force", columns_, units_);
         add_columns(probe.fiber + ":reaction", "force", columns_, units_);
       } else {
-        add_columns(probe.fiber + (probe.at == beam::End::end ? "" : "@start") + ":displacement", "length", columns_, units_);
+        add_columns(probe.fiber + (probe.at == beam::End::end ? "" : "@start") + ":displacement", "length", columns_,
+                    units_);
       }
     } else {
       Vec3 xi = Vec3::Zero();
@@ -83,8 +85,8 @@ std::vector<double> ProbeSet::values(const fsi::System& system) const {
   for (const Located& located : located_) forces = forces || located.probe.forces;
   std::vector<double> reactions;
   if (forces && system.has_fibers()) {
-    // The force in the fibers' last equation, w f_{n+1} + (1-w) f_n, was formed before the step was accepted; at the accepted
-    // state the end force f_{n+1} is what the fluid exerts.
+    // The force in the fibers' last equation, w f_{n+1} + (1-w) f_n, was formed before the step was accepted; at the
+    // accepted state the end force f_{n+1} is what the fluid exerts.
     reactions = system.beams().reactions(system.last_force());
   }
   std::size_t column = 0;

@@ -12,12 +12,12 @@ namespace fbi::cases {
 /// The probes of a case, located once.
 ///
 /// Columns: `NAME:displacement_x` (_y, _z) of a fiber's end; `NAME:drag_x` ... (force of the fluid on the fiber) and
-/// `NAME:reaction_x` ... (force of its supports on it) with `forces`; `point/I:velocity_x` ... and `point/I:pressure` for the I-th
-/// point of the case file.
+/// `NAME:reaction_x` ... (force of its supports on it) with `forces`; `point/I:velocity_x` ... and `point/I:pressure`
+/// for the I-th point of the case file.
 class ProbeSet {
  public:
-  /// Throws Error(usage) on all ranks for a fiber that does not exist or a point outside the fluid. `fluid` may be null.
-  /// Collective.
+  /// Throws Error(usage) on all ranks for a fiber that does not exist or a point outside the fluid. `fluid` may be
+  /// null. Collective.
   ProbeSet(const std::vector<Probe>& probes, const mesh::FiberMesh& fibers, const mesh::HexMesh* fluid);
 
   const std::vector<std::string>& columns() const { return columns_; }
@@ -28,8 +28,8 @@ class ProbeSet {
  private:
   struct Located {
     Probe probe;
-    Index fiber = -1;           // local fiber on the rank that has it
-    Index cell = -1;            // local cell on the rank that has it
+    Index fiber = -1;  // local fiber on the rank that has it
+    Index cell = -1;   // local cell on the rank that has it
     std::array<double, 8> shape{};
     int columns = 3;
   };

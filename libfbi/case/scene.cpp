@@ -10,7 +10,8 @@
 namespace fbi::cases {
 namespace {
 
-constexpr int time_samples = 20;  // of prescribed velocities, to find the largest
+constexpr int time_samples = 20;           // of prescribed velocities, to find the largest
+constexpr double memory_per_rank = 6.0e7;  // programs, libraries and MPI buffers [bytes]
 
 /// Largest prescribed speed on the boundary and in the initial field, over the nodes of this rank.
 double largest_speed(const CaseParameters& parameters, const mesh::HexMesh& mesh) {
@@ -49,10 +50,19 @@ double largest_speed(const CaseParameters& parameters, const mesh::HexMesh& mesh
 
 }  // namespace
 
-Scene inspect(const CaseParameters& parameters, const mesh::HexMesh* fluid, const mesh::FiberMesh& fibers,
-              const fluid::FluidField* field, const beam::BeamField* beams) {
+Scene inspect(const Setup& setup) {
+  const CaseParameters& parameters = setup.parameters;
+  const mesh::HexMesh* fluid = setup.fluid_mesh.get();
+  const mesh::FiberMesh& fibers = *setup.fiber_mesh;
+  const beam::BeamField* beams = setup.beams.get();
   Scene scene;
   const Comm& comm = fibers.comm;
+  const GlobalIndex every = parameters.output.every;
+  scene.outputs = 2 + (every > 0 ? (setup.steps - 1) / every : 0);  // first, last and those between
+  scene.memory = memory_per_rank * comm.size() + 20000.0 * static_cast<double>(fibers.global_nodes);
+  scene.disk_per_output = 72.0 * static_cast<double>(fibers.global_elements * parameters.output.fiber_points) +
+                          48.0 * static_cast<double>(fibers.global_nodes);
+  scene.disk_per_checkpoint = 8.0 * 48.0 * static_cast<double>(fibers.global_nodes);
   scene.fibers = fibers.global_fibers;
   scene.fiber_dofs = 6 * fibers.global_nodes;
   if (beams != nullptr) {
@@ -71,26 +81,24 @@ Scene inspect(const CaseParameters& parameters, const mesh::HexMesh* fluid, cons
       scene.stiffness = scene.stiffness == 0.0 ? stiffness : std::min(scene.stiffness, stiffness);
     }
   }
-  if (fluid == nullptr) {
-    scene.memory = 2000.0 * static_cast<double>(scene.fiber_dofs);
-    scene.disk_per_output = 8.0 * static_cast<double>(fibers.global_elements * parameters.output.fiber_points * 10);
-    return scene;
-  }
+  if (fluid == nullptr) return scene;
   scene.fluid_nodes = fluid->global_nodes;
   scene.fluid_dofs = 4 * fluid->global_nodes;
   scene.multiplier_dofs = beams != nullptr ? 3 * fibers.global_nodes : 0;
-  scene.smallest_cell = field->smallest_cell();
+  scene.smallest_cell = setup.fluid->smallest_cell();
   scene.speed = comm.max(largest_speed(parameters, *fluid));
   scene.height = parameters.channel->box.size.minCoeff();
-  // Per node: about 60 vectors of four unknowns (Krylov basis included), the pressure matrix and its multigrid levels, the mesh.
-  scene.memory = 3500.0 * static_cast<double>(scene.fluid_nodes) + 20000.0 * static_cast<double>(fibers.global_nodes);
-  scene.disk_per_output = 32.0 * static_cast<double>(scene.fluid_nodes) +
-                          8.0 * static_cast<double>(fibers.global_elements * parameters.output.fiber_points * 10);
+  // Per node: about 60 vectors of four unknowns (Krylov basis included), the pressure matrix and its multigrid levels,
+  // the mesh.
+  scene.memory += 3500.0 * static_cast<double>(scene.fluid_nodes);
+  scene.disk_per_output += 32.0 * static_cast<double>(scene.fluid_nodes);
+  scene.disk_per_checkpoint += 96.0 * static_cast<double>(scene.fluid_nodes);
   return scene;
 }
 
-void print_scene(const Scene& scene, const CaseParameters& parameters) {
-  const double dt = parameters.time.step;
+void print_scene(const Scene& scene, const Setup& setup) {
+  const CaseParameters& parameters = setup.parameters;
+  const double dt = setup.dt;
   if (scene.fluid_dofs > 0)
     log::info("fluid         %lld unknowns (%lld nodes), smallest cell %.4g", static_cast<long long>(scene.fluid_dofs),
               static_cast<long long>(scene.fluid_nodes), scene.smallest_cell);
@@ -98,30 +106,34 @@ void print_scene(const Scene& scene, const CaseParameters& parameters) {
     log::info("fibers        %lld with %lld unknowns, %lld multipliers", static_cast<long long>(scene.fibers),
               static_cast<long long>(scene.fiber_dofs), static_cast<long long>(scene.multiplier_dofs));
   if (scene.fluid_dofs > 0 && scene.largest_radius > 0.0)
-    log::info("resolution    h = %.2f fiber diameters (the fluid does not see the radius, only h: drag is that of a radius "
-              "of 0.06 h to 0.6 h)",
-              scene.smallest_cell / (2.0 * scene.largest_radius));
+    log::info(
+        "resolution    h = %.2f fiber diameters (the fluid does not see the radius, only h: drag is that of a radius "
+        "of 0.06 h to 0.6 h)",
+        scene.smallest_cell / (2.0 * scene.largest_radius));
   if (scene.fluid_dofs > 0) {
     const double density = parameters.fluid->density, viscosity = parameters.fluid->viscosity;
     log::info("Reynolds      %.4g (largest prescribed speed %.4g, smallest extent %.4g)%s",
               density * scene.speed * scene.height / viscosity, scene.speed, scene.height,
-              scene.largest_radius > 0.0
-                  ? log::format(", %.4g on the fiber diameter", density * scene.speed * 2.0 * scene.largest_radius / viscosity)
-                        .c_str()
-                  : "");
+              scene.largest_radius > 0.0 ? log::format(", %.4g on the fiber diameter",
+                                                       density * scene.speed * 2.0 * scene.largest_radius / viscosity)
+                                               .c_str()
+                                         : "");
     if (dt > 0.0)
       log::info("CFL           %.3g (speed dt / h), mu dt/(rho h^2) = %.3g", scene.speed * dt / scene.smallest_cell,
                 viscosity * dt / (density * scene.smallest_cell * scene.smallest_cell));
     if (scene.stiffness > 0.0)
       log::info("Cauchy        %.4g (rho U^2 d L^3 / (2 EI), longest fiber)",
-                0.5 * density * scene.speed * scene.speed * 2.0 * scene.largest_radius * std::pow(scene.fiber_length, 3) /
-                    scene.stiffness);
+                0.5 * density * scene.speed * scene.speed * 2.0 * scene.largest_radius *
+                    std::pow(scene.fiber_length, 3) / scene.stiffness);
   }
-  if (scene.highest_frequency > 0.0 && dt > 0.0)
+  if (scene.highest_frequency > 0.0 && dt > 0.0 && parameters.beam_time.scheme == beam::TimeScheme::generalized_alpha)
     log::info("fiber modes   highest omega dt = %.3g (implicit: no limit; above 1 it is not resolved)",
               scene.highest_frequency * dt);
   log::info("memory        about %s for all ranks together", memory_text(scene.memory).c_str());
-  log::info("disk          about %s an output", memory_text(scene.disk_per_output).c_str());
+  log::info("disk          about %s an output, %s for all %lld; %s a checkpoint, two are kept",
+            memory_text(scene.disk_per_output).c_str(),
+            memory_text(scene.disk_per_output * static_cast<double>(scene.outputs)).c_str(),
+            static_cast<long long>(scene.outputs), memory_text(scene.disk_per_checkpoint).c_str());
 }
 
 void print_skipped(const CaseParameters& parameters, const fsi::System& system, bool box) {
@@ -131,7 +143,8 @@ void print_skipped(const CaseParameters& parameters, const fsi::System& system, 
   };
   skip(!system.has_fibers(), "no fibers: no search, no multipliers");
   skip(!system.has_fluid(), "no fluid: fibers alone");
-  skip(system.is_coupled() && !system.fibers_move(), "fibers do not move: no beam solve, one search and one multiplier factor");
+  skip(system.is_coupled() && !system.fibers_move(),
+       "fibers do not move: no beam solve, one search and one multiplier factor");
   if (system.has_fluid()) {
     skip(parameters.fluid->convective_form == fluid::ConvectiveForm::none, "no convection");
     skip(parameters.fluid_time.scheme == fluid::TimeScheme::steady, "steady: no history");

@@ -48,7 +48,7 @@ void describe_coupling(Visitor& v, coupling::CouplingParameters& p, fsi::SchemeP
 void describe_solver(Visitor& v, fsi::SolverParameters& p) {
   v.choice<fsi::LinearSolver>(
       field("linear", "solver of the linear systems of the fluid"), p.linear,
-      {{fsi::LinearSolver::automatic, "auto", "direct below 30,000 unknowns and for steady flow"},
+      {{fsi::LinearSolver::automatic, "auto", "direct below 3,000 unknowns and for steady flow"},
        {fsi::LinearSolver::direct, "direct", "sparse factorisation"},
        {fsi::LinearSolver::iterative, "iterative", "Krylov method, matrix-free"}});
   v.number(field("newton_tolerance", "residual relative to the first one of the step"), p.newton_tolerance,

@@ -28,6 +28,16 @@ void choose_steps(Setup& setup) {
                  static_cast<double>(setup.steps) * setup.dt);
 }
 
+/// The input inside a case file; fbi-gen has checked it, but perhaps not that of this version.
+CaseParameters parse_input(const io::CaseHeader& header, const std::string& path) {
+  try {
+    return parse_case(header.json, header.json_name);
+  } catch (const Error& error) {
+    throw Error(error.code(), "the input in \"" + path + "\" is refused; correct " + header.json_name +
+                                  " and run fbi-gen again:\n" + error.what());
+  }
+}
+
 }  // namespace
 
 Setup make_setup(const CaseParameters& parameters, std::unique_ptr<mesh::HexMesh> fluid,
@@ -40,23 +50,25 @@ Setup make_setup(const CaseParameters& parameters, std::unique_ptr<mesh::HexMesh
   choose_steps(setup);
   if (setup.fluid_mesh != nullptr) {
     Timed timed("fluid setup");
-    setup.fluid = std::make_unique<fluid::FluidField>(*setup.fluid_mesh, *parameters.fluid, parameters.channel->boundaries,
-                                                      parameters.fluid_time);
+    setup.fluid = std::make_unique<fluid::FluidField>(*setup.fluid_mesh, *parameters.fluid,
+                                                      parameters.channel->boundaries, parameters.fluid_time);
   }
   if (setup.fiber_mesh->global_fibers > 0) {
     Timed timed("fiber setup");
     std::vector<beam::FiberParameters> groups;
     for (const FiberGroup& group : parameters.fibers) groups.push_back(group.physics);
-    setup.beams = std::make_unique<beam::BeamField>(*setup.fiber_mesh, groups, parameters.beam_time, parameters.gravity);
+    setup.beams =
+        std::make_unique<beam::BeamField>(*setup.fiber_mesh, groups, parameters.beam_time, parameters.gravity);
   }
   if (setup.fluid == nullptr && setup.beams == nullptr)
     throw Error(ExitCode::usage, "the case has neither fluid nor fibers; there is nothing to solve");
   setup.system = std::make_unique<fsi::System>(setup.fluid.get(), setup.beams.get(), setup.fiber_mesh.get(),
                                                parameters.coupling, parameters.scheme, parameters.solver);
   if (setup.dt == 0.0 && setup.system->fibers_move())
-    throw Error(ExitCode::usage,
-                "steady flow with fibers that move is not possible; set \"formulation\": \"fixed\" for every fiber, or use "
-                "\"one_step_theta\" for time.fluid.scheme");
+    throw Error(
+        ExitCode::usage,
+        "steady flow with fibers that move is not possible; set \"formulation\": \"fixed\" for every fiber, or use "
+        "\"one_step_theta\" for time.fluid.scheme");
   if (setup.system->is_coupled() && parameters.scheme.scheme != fsi::Scheme::monolithic)
     setup.acceleration = fsi::make_acceleration(setup.fiber_mesh->comm, parameters.scheme);
   return setup;
@@ -65,11 +77,10 @@ Setup make_setup(const CaseParameters& parameters, std::unique_ptr<mesh::HexMesh
 Setup read_setup(const Comm& comm, const std::string& path) {
   Timed timed("read case");
   const io::CaseHeader header = io::read_case_header(comm, path);
-  const CaseParameters parameters = parse_case(header.json, header.json_name);
+  const CaseParameters parameters = parse_input(header, path);
   std::unique_ptr<mesh::HexMesh> fluid;
   if (header.has_mesh()) fluid = std::make_unique<mesh::HexMesh>(io::read_mesh(comm, path));
-  std::unique_ptr<mesh::FiberMesh> fibers =
-      std::make_unique<mesh::FiberMesh>(io::read_fibers(comm, path, fluid.get()));
+  std::unique_ptr<mesh::FiberMesh> fibers = std::make_unique<mesh::FiberMesh>(io::read_fibers(comm, path, fluid.get()));
   return make_setup(parameters, std::move(fluid), std::move(fibers));
 }
 

@@ -23,8 +23,8 @@ struct Setup {
   GlobalIndex steps = 0;
 };
 
-/// From meshes that are distributed already (they move in). Throws Error(usage or geometry) on all ranks for combinations that
-/// cannot be solved. Collective.
+/// From meshes that are distributed already (they move in). Throws Error(usage or geometry) on all ranks for
+/// combinations that cannot be solved. Collective.
 Setup make_setup(const CaseParameters& parameters, std::unique_ptr<mesh::HexMesh> fluid,
                  std::unique_ptr<mesh::FiberMesh> fibers);
 

@@ -102,10 +102,13 @@ void History::write(const std::vector<double>& row) {
       std::string line;
       for (std::size_t c = 0; c < row.size(); ++c) line += log::format(c ? ",%.17g" : "%.17g", row[c]);
       line += "\n";
-      errno = 0;
-      const ssize_t written = ::write(descriptor_, line.data(), line.size());
-      if (written < 0) throw_write_error(path_, errno);
-      if (written != static_cast<ssize_t>(line.size())) throw_write_error(path_, ENOSPC);
+      // A write that falls short does not say why; the next one does.
+      for (std::size_t done = 0; done < line.size();) {
+        const ssize_t written = ::write(descriptor_, line.data() + done, line.size() - done);
+        if (written < 0 && errno != EINTR) throw_write_error(path_, errno);
+        if (written == 0) throw_write_error(path_, ENOSPC);
+        if (written > 0) done += static_cast<std::size_t>(written);
+      }
     } catch (const std::exception& error) {
       problem = error.what();
     }

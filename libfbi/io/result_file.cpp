@@ -138,8 +138,9 @@ void ResultWriter::take_over_older_files(std::optional<GlobalIndex> restart_step
       std::filesystem::remove(paths_.step(step));
     }
   }
-  if (restart_step) return;
-  for (const GlobalIndex step : paths_.checkpoints()) std::filesystem::remove(paths_.checkpoint(step));
+  // Later checkpoints belong to rows and outputs that are gone now.
+  for (const GlobalIndex step : paths_.checkpoints())
+    if (!restart_step || step > *restart_step) std::filesystem::remove(paths_.checkpoint(step));
 }
 
 void ResultWriter::write_mesh_file() const {
