@@ -7,6 +7,10 @@
 namespace fbi::linalg {
 
 /// LU factors of a distributed AIJ matrix.
+///
+/// Parallel factors add contributions of other ranks as they arrive, so their last digits change from run to run. Small
+/// matrices are therefore factorised whole by every rank, which is repeatable and hardly slower; large ones in
+/// parallel.
 class DirectSolver {
  public:
   explicit DirectSolver(const Comm& comm);
@@ -17,7 +21,11 @@ class DirectSolver {
   void solve(Vec b, Vec x);
 
  private:
+  void start(Mat matrix);
+
+  Comm comm_;
   KspHandle ksp_;
+  PC factors_ = nullptr;  // owned by ksp_, perhaps through an inner solver; null before the first matrix
 };
 
 }  // namespace fbi::linalg
