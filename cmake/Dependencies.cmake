@@ -19,7 +19,9 @@ find_library(UMFPACK_LIBRARY umfpack REQUIRED)
 add_library(fbi_options INTERFACE)
 target_include_directories(fbi_options INTERFACE ${PROJECT_SOURCE_DIR}/libfbi ${PROJECT_SOURCE_DIR})
 target_compile_definitions(fbi_options INTERFACE OMPI_SKIP_MPICXX)
-target_compile_options(fbi_options INTERFACE -Wall -Wextra -Wno-unknown-pragmas)
+# g++ 12 warns falsely about its own vector headers and about string concatenation.
+target_compile_options(fbi_options INTERFACE -Wall -Wextra -Wno-unknown-pragmas
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized -Wno-uninitialized -Wno-restrict>)
 target_link_libraries(fbi_options INTERFACE MPI::MPI_C Eigen3::Eigen)
 if(FBI_NATIVE)
   target_compile_options(fbi_options INTERFACE -march=native)

@@ -10,6 +10,14 @@ namespace {
 
 constexpr double round_off_margin = 10.0;  // the norm of all rows against the largest entry
 
+/// Tolerance of a linear solve: krylov_tolerance, but no further than the nonlinear tolerance asks for, unless the user wants
+/// linear systems solved more tightly than the nonlinear one.
+double linear_tolerance(const SolverParameters& parameters, double residual, double reference) {
+  if (parameters.krylov_tolerance < parameters.newton_tolerance || !(residual > 0.0)) return parameters.krylov_tolerance;
+  const double enough = 0.2 * parameters.newton_tolerance * reference / residual;
+  return std::clamp(enough, parameters.krylov_tolerance, std::max(parameters.krylov_tolerance, 0.1));
+}
+
 double norm(const Comm& comm, const std::vector<double>& values) {
   double sum = 0.0;
   for (const double value : values) sum += value * value;
@@ -176,7 +184,8 @@ StepReport solve_monolithic(System& system) {
     if (!system.solver().prepare(geometry_changed || iteration == 0, moving || iteration == 0)) break;
     geometry_changed = false;
     FBI_PETSC(VecScale(residual, -1.0));
-    const linalg::KrylovResult result = system.solver().solve(residual, increment, parameters.krylov_tolerance);
+    const double tolerance = linear_tolerance(parameters, system.fluid_norm(residual), fluid_reference);
+    const linalg::KrylovResult result = system.solver().solve(residual, increment, tolerance);
     report.krylov += result.iterations;
     ++report.newton;
     ++report.evaluations;
@@ -209,7 +218,8 @@ bool solve_fluid(System& system, const std::vector<double>* g, std::vector<doubl
     if (!system.solver().prepare(geometry_changed, geometry_changed)) return false;
     geometry_changed = false;
     FBI_PETSC(VecScale(residual, -1.0));
-    const linalg::KrylovResult result = system.solver().solve(residual, increment, parameters.krylov_tolerance);
+    const double tolerance = linear_tolerance(parameters, value, reference);
+    const linalg::KrylovResult result = system.solver().solve(residual, increment, tolerance);
     report.krylov += result.iterations;
     ++report.newton;
     if (!result.converged && !(result.relative_residual < 0.5)) return false;

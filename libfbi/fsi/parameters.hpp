@@ -14,7 +14,7 @@ enum class GeometryUpdate {
   iterated  ///< from the current iterate
 };
 enum class LinearSolver {
-  automatic,  ///< direct below 30,000 unknowns and for steady flow, else iterative
+  automatic,  ///< direct below 3,000 unknowns and for steady flow, else iterative
   direct,
   iterative
 };
