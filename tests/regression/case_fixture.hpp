@@ -113,8 +113,8 @@ class CoupledCase {
       fluid = std::make_unique<mesh::HexMesh>(mesh::distribute(comm_, mesh::chunk_of(comm_, scene.fluid)));
     GlobalIndex first_fiber = 0, first_node = 0;
     const mesh::FiberMeshData chunk = mesh::chunk_of(comm_, scene.fibers, first_fiber, first_node);
-    auto fibers = std::make_unique<mesh::FiberMesh>(
-        mesh::distribute(comm_, chunk, first_fiber, first_node, fluid.get()));
+    auto fibers =
+        std::make_unique<mesh::FiberMesh>(mesh::distribute(comm_, chunk, first_fiber, first_node, fluid.get()));
     setup = cases::make_setup(parameters, std::move(fluid), std::move(fibers));
     cases::initialize(setup);
   }
@@ -139,6 +139,21 @@ class CoupledCase {
   }
   void run(int steps) {
     for (int k = 0; k < steps && !::testing::Test::HasFailure(); ++k) step();
+  }
+  /// Goes on from the accepted state of another run of the same meshes.
+  void continue_from(CoupledCase& other) {
+    const auto to = fluid().state(), from = other.fluid().state();
+    for (std::size_t k = 0; k < to.size(); ++k) FBI_PETSC(VecCopy(from[k].second, to[k].second));
+    const auto numbers = fluid().scalars(), other_numbers = other.fluid().scalars();
+    for (std::size_t k = 0; k < numbers.size(); ++k) *numbers[k].second = *other_numbers[k].second;
+    fluid().state_restored();
+    const auto arrays = beams().state(), other_arrays = other.beams().state();
+    for (std::size_t k = 0; k < arrays.size(); ++k) *arrays[k].second = *other_arrays[k].second;
+    system().lambda_old() = other.system().lambda_old();
+    system().lambda_older() = other.system().lambda_older();
+    system().force_old() = other.system().force_old();
+    system().drop_caches();
+    step_ = other.step_;
   }
   void set_step(GlobalIndex step) { step_ = step; }  ///< after a restart
 

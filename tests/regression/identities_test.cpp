@@ -6,12 +6,12 @@ namespace {
 
 /// Largest errors over the steps, each relative to the largest term in it.
 struct Identities {
-  double m_one = 0.0;   ///< M.1 - kappa, relative to the largest kappa
-  double d_one = 0.0;   ///< D.1 - kappa
-  double monitor = 0.0; ///< the same as the running program reports it
-  double length = 0.0;  ///< covered length - fiber length
-  double force = 0.0;   ///< force on fluid + force on fibers, relative to the force
-  double work = 0.0;    ///< power of the fluid - power of the fibers - dissipation, relative to the largest
+  double m_one = 0.0;          ///< M.1 - kappa, relative to the largest kappa
+  double d_one = 0.0;          ///< D.1 - kappa
+  double monitor = 0.0;        ///< the same as the running program reports it
+  double length = 0.0;         ///< covered length - fiber length
+  double force = 0.0;          ///< force on fluid + force on fibers, relative to the force
+  double work = 0.0;           ///< power of the fluid - power of the fibers - dissipation, relative to the largest
   double dissipation = 1e300;  ///< the smallest
 };
 

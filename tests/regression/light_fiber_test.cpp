@@ -8,8 +8,8 @@ namespace {
 constexpr int settled = 20, steps = 40;
 
 struct Record {
-  int newton = 0, coupling = 0;  ///< the most of a step
-  int failed_step = 0;           ///< 0: all converged
+  int newton = 0, coupling = 0;             ///< the most of a step
+  int failed_step = 0;                      ///< 0: all converged
   double residual = 0.0, relaxation = 0.0;  ///< of the last step
   /// max |x_{n+1} - 2 x_n + x_{n-1}| / max |x| over the steps after `settled`: x = every multiplier, x = drag.
   double lambda = 0.0, drag = 0.0;

@@ -40,8 +40,8 @@ TEST(Limits, vanishing_penalty_leaves_the_flow_alone) {
 // A fiber with a load of its own moves as without fluid when the penalty vanishes.
 TEST(Limits, vanishing_penalty_leaves_the_fiber_alone) {
   Json json = fast();
-  json["fibers"][0]["loads"] = parse_json(
-      R"json([ { "type": "force", "at": "end", "value": ["0.04*sin(300*t)", 0, 0] } ])json");
+  json["fibers"][0]["loads"] =
+      parse_json(R"json([ { "type": "force", "at": "end", "value": ["0.04*sin(300*t)", 0, 0] } ])json");
   Json alone = json;
   for (const char* key : {"fluid", "channel", "coupling", "solver"}) alone.erase(key);
   alone["time"].erase("fluid");

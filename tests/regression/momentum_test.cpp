@@ -58,16 +58,15 @@ Vec3 backflow(const mesh::HexMesh& mesh, Vec vector, double density, double beta
   const int corner[4] = {1, 2, 6, 5};  // y, z = (-,-) (+,-) (+,+) (-,+)
   for (const mesh::HexMesh::LocalFace& face : mesh.faces.at("xmax")) {
     const Index* nodes = &mesh.cells[8 * static_cast<std::size_t>(face.cell)];
-    const double area = (mesh.node(nodes[2])[1] - mesh.node(nodes[1])[1]) *
-                        (mesh.node(nodes[5])[2] - mesh.node(nodes[1])[2]);
+    const double area =
+        (mesh.node(nodes[2])[1] - mesh.node(nodes[1])[1]) * (mesh.node(nodes[5])[2] - mesh.node(nodes[1])[2]);
     for (int q = 0; q < 4; ++q) {
       const double y = (q % 2 == 0 ? -1 : 1) / std::sqrt(3.0), z = (q / 2 == 0 ? -1 : 1) / std::sqrt(3.0);
       const double shape[4] = {0.25 * (1 - y) * (1 - z), 0.25 * (1 + y) * (1 - z), 0.25 * (1 + y) * (1 + z),
                                0.25 * (1 - y) * (1 + z)};
       Vec3 velocity = Vec3::Zero();
       for (int a = 0; a < 4; ++a)
-        for (int i = 0; i < 3; ++i)
-          velocity[i] += shape[a] * u[4 * static_cast<std::size_t>(nodes[corner[a]]) + i];
+        for (int i = 0; i < 3; ++i) velocity[i] += shape[a] * u[4 * static_cast<std::size_t>(nodes[corner[a]]) + i];
       sum -= beta * density * std::min(velocity[0], 0.0) * 0.25 * area * velocity;
     }
   }
@@ -185,8 +184,8 @@ TEST(Momentum, reversing_flow) {
 
 // theta = 1/2: fluid and fibers each balance with the force that enters their own equation.
 TEST(Momentum, trapezoidal_rule) {
-  Json json = small_beam(
-      R"({ "time": { "step": 1e-3, "end": 0.02, "fluid": { "theta": 0.5 }, "beam": { "rho_inf": 0.8 } } })");
+  Json json =
+      small_beam(R"({ "time": { "step": 1e-3, "end": 0.02, "fluid": { "theta": 0.5 }, "beam": { "rho_inf": 0.8 } } })");
   set_inflow(json, 20.0, 0.01);
   tighten(json, 1e-11, 1e-6);
   const Budget budget = run_budget(json, 20);

@@ -4,14 +4,19 @@
 namespace fbi::test {
 namespace {
 
-void compare(const std::string& name, Json json, int steps, double tolerance) {
+/// Compares `steps` steps of both schemes after `before` steps at usual tolerances.
+void compare(const std::string& name, Json json, int before, int steps) {
   json["coupling"]["scheme"] = "monolithic";
-  tighten(json, tolerance);
+  CoupledCase start(json);
+  start.run(before);
+  tighten(json);
   CoupledCase monolithic(json);
+  monolithic.continue_from(start);
   json["coupling"]["scheme"] = "aitken";
   json["coupling"]["max_iterations"] = 200;
-  tighten(json, tolerance);
+  tighten(json);
   CoupledCase aitken(json);
+  aitken.continue_from(start);
   int iterations = 0;
   double worst[3] = {0.0, 0.0, 0.0};
   for (int step = 0; step < steps && !::testing::Test::HasFailure(); ++step) {
@@ -37,10 +42,10 @@ Json geometry(Json json, const char* update) {
   return json;
 }
 
-// In the first steps the tip moves by some 1e-6, so that round-off in the axial force of the fiber, about 1e-16 EA times
-// coordinate/element length, is near 1e-11 of the force: a tolerance below that cannot be reached.
-TEST(Schemes, single_beam_lagged) { compare("single-beam lagged", geometry(single_beam(), "lagged"), 4, 2e-11); }
-TEST(Schemes, single_beam_iterated) { compare("single-beam iterated", geometry(single_beam(), "iterated"), 4, 2e-11); }
+// Not the first steps: there the tip moves by some 1e-7, and round-off in the axial force of the fiber, about 1e-16 EA
+// times coordinate/element length, is not far below the forces themselves.
+TEST(Schemes, single_beam_lagged) { compare("single-beam lagged", geometry(single_beam(), "lagged"), 50, 4); }
+TEST(Schemes, single_beam_iterated) { compare("single-beam iterated", geometry(single_beam(), "iterated"), 50, 4); }
 
 // Coarse in space and time: the fiber moves through several cells.
 Json fast() {
@@ -48,8 +53,8 @@ Json fast() {
   set_inflow(json, 40.0, 0.02);
   return json;
 }
-TEST(Schemes, large_steps_lagged) { compare("large steps lagged", geometry(fast(), "lagged"), 12, 1e-11); }
-TEST(Schemes, large_steps_iterated) { compare("large steps iterated", geometry(fast(), "iterated"), 12, 1e-11); }
+TEST(Schemes, large_steps_lagged) { compare("large steps lagged", geometry(fast(), "lagged"), 0, 12); }
+TEST(Schemes, large_steps_iterated) { compare("large steps iterated", geometry(fast(), "iterated"), 0, 12); }
 
 }  // namespace
 }  // namespace fbi::test
