@@ -81,7 +81,7 @@ void check_fiber(double density) {
   // Reported, not asked for: what the partitioned scheme does.
   Json json = light(density, "theta");
   json["coupling"]["scheme"] = "aitken";
-  json["coupling"]["max_iterations"] = 400;
+  json["coupling"]["max_iterations"] = 200;
   const Record aitken = run_fiber(json, 2);
   report(name + ", aitken, most iterations", aitken.coupling);
   report(name + ", aitken, failed step", aitken.failed_step);

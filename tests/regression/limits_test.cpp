@@ -1,4 +1,4 @@
-/// Limits in which the coupled solution is known from one field alone, and the two kinds of meshes.
+/// Limits in which the coupled solution is known from one field alone; the same solution by other meshes and solvers.
 #include "regression/case_fixture.hpp"
 
 namespace fbi::test {
@@ -88,27 +88,48 @@ TEST(Limits, stiff_fiber_is_a_fixed_one) {
   EXPECT_LE(flow[1], flow[0] / 50.0);
 }
 
+/// Runs both and asks for the same solution to solver tolerance after every step.
+void expect_same(const std::string& name, CoupledCase& a, CoupledCase& b) {
+  double worst[3] = {0.0, 0.0, 0.0};
+  for (int step = 0; step < steps && !::testing::Test::HasFailure(); ++step) {
+    a.step();
+    b.step();
+    const Snapshot x = a.snapshot(), y = b.snapshot();
+    worst[0] = std::max(worst[0], relative_difference(y.velocity, x.velocity));
+    worst[1] = std::max(worst[1], relative_difference(y.displacement, x.displacement));
+    worst[2] = std::max(worst[2], relative_difference(y.lambda, x.lambda));
+  }
+  report(name + ", fluid velocity", worst[0]);
+  report(name + ", displacement", worst[1]);
+  report(name + ", lambda", worst[2]);
+  for (const double difference : worst) EXPECT_LE(difference, 1e-8);
+}
+
 // The mesh as a box and as hexahedra of any shape: other kernels, another search, another preconditioner.
 TEST(Limits, general_mesh_gives_the_same) {
   Json json = fast();
   CoupledCase box(json);
   json["channel"]["general"] = true;
   CoupledCase general(json);
-  double worst[3] = {0.0, 0.0, 0.0};
-  for (int step = 0; step < steps; ++step) {
-    box.step();
-    general.step();
-    const Snapshot a = box.snapshot(), b = general.snapshot();
-    worst[0] = std::max(worst[0], relative_difference(b.velocity, a.velocity));
-    worst[1] = std::max(worst[1], relative_difference(b.displacement, a.displacement));
-    worst[2] = std::max(worst[2], relative_difference(b.lambda, a.lambda));
-  }
   EXPECT_TRUE(box.setup.fluid_mesh->box.has_value());
   EXPECT_FALSE(general.setup.fluid_mesh->box.has_value());
-  report("general mesh, fluid velocity", worst[0]);
-  report("general mesh, displacement", worst[1]);
-  report("general mesh, lambda", worst[2]);
-  for (const double difference : worst) EXPECT_LE(difference, 1e-8);
+  expect_same("general mesh", box, general);
+}
+
+// Multipliers eliminated and iterated on, and multipliers as unknowns of a sparse factorisation; at a large penalty
+// too.
+TEST(Limits, direct_solver_gives_the_same) {
+  for (const double penalty : {1e2, 1e6}) {
+    Json json = fast();
+    json["coupling"]["penalty"] = penalty;
+    json["solver"]["linear"] = "iterative";
+    CoupledCase iterative(json);
+    json["solver"]["linear"] = "direct";
+    CoupledCase direct(json);
+    expect_same("direct solver, penalty " + log::format("%g", penalty), iterative, direct);
+    EXPECT_TRUE(direct.system().solver().is_direct());
+    EXPECT_FALSE(iterative.system().solver().is_direct());
+  }
 }
 
 }  // namespace
