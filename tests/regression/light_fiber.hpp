@@ -1,0 +1,67 @@
+/// Fibers lighter than the fluid around them, and how much their force alternates from step to step.
+#pragma once
+
+#include "regression/case_fixture.hpp"
+
+namespace fbi::test {
+
+inline constexpr int settled = 20, short_run = 40;
+
+struct Record {
+  int newton = 0, coupling = 0;             ///< the most of a step
+  int failed_step = 0;                      ///< 0: all converged
+  double residual = 0.0, relaxation = 0.0;  ///< of the last step
+  /// max |x_{n+1} - 2 x_n + x_{n-1}| / max |x| over the steps after `settled`: x = every multiplier, x = drag.
+  double lambda = 0.0, drag = 0.0;
+};
+
+inline Record run_fiber(const Json& json, int last = short_run) {
+  CoupledCase run(json);
+  Record result;
+  double second[2] = {0.0, 0.0}, largest[2] = {0.0, 0.0};
+  Vec3 drag[3] = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
+  for (int step = 1; step <= last; ++step) {
+    const std::vector<double> before = run.system().lambda_older();  // lambda_{n-1}
+    const fsi::StepReport report = run.solve();
+    result.newton = std::max(result.newton, report.newton);
+    result.coupling = std::max(result.coupling, report.coupling_iterations);
+    result.residual = report.residual;
+    result.relaxation = report.relaxation;
+    if (!report.converged) {
+      result.failed_step = step;
+      return result;
+    }
+    run.accept();
+    for (int k = 0; k < 2; ++k) drag[k] = drag[k + 1];
+    drag[2] = run.drag();
+    const std::vector<double>&now = run.system().lambda_old(), &old = run.system().lambda_older();
+    largest[1] = std::max(largest[1], drag[2].norm());
+    for (const double value : now) largest[0] = std::max(largest[0], std::abs(value));
+    if (step < settled + 3) continue;  // all three steps of a difference lie after `settled`
+    for (std::size_t k = 0; k < now.size(); ++k)
+      second[0] = std::max(second[0], std::abs(now[k] - 2 * old[k] + before[k]));
+    second[1] = std::max(second[1], (drag[2] - 2 * drag[1] + drag[0]).norm());
+  }
+  result.lambda = run.comm().max(second[0]) / run.comm().max(largest[0]);
+  result.drag = second[1] / largest[1];
+  return result;
+}
+
+inline Json light(double density, const char* weight, double rho_inf = 1.0) {
+  Json json = single_beam();
+  json["fibers"][0]["material"]["density"] = density;
+  json["coupling"]["weight"] = weight;
+  json["time"]["beam"]["rho_inf"] = rho_inf;
+  return json;
+}
+
+inline Record measure(const std::string& name, const Json& json, int last = short_run) {
+  const Record result = run_fiber(json, last);
+  report(name + ", failed step", result.failed_step);
+  report(name + ", most Newton iterations", result.newton);
+  report(name + ", alternation of lambda", result.lambda);
+  report(name + ", alternation of the drag", result.drag);
+  return result;
+}
+
+}  // namespace fbi::test
