@@ -27,9 +27,9 @@ std::vector<io::HistoryColumn> history_columns(const ProbeSet& probes) {
 
 void print_columns(const Setup& setup) {
   if (setup.fluid == nullptr) return;
-  log::info(
-      "columns       residual: relative, at the end of the step; CFL: largest |v| dt / h%s",
-      setup.system->is_coupled() ? "; slip: largest |v_fluid - v_fiber| along the fibers over the largest |v|" : "");
+  log::info("columns       residual: relative, at the end of the step (0: round-off); CFL: largest |v| dt / h");
+  if (setup.system->is_coupled())
+    log::info("              slip: largest |v_fluid - v_fiber| along the fibers over the largest |v|");
 }
 
 void print_end(const Setup& setup, const Recorder& recorder) {

@@ -69,7 +69,7 @@ class Failures(ProgramTest):
         fiber = case["fibers"][0]
         fiber["curve"]["to"] = [1, 0.97, 0.12]
         fiber["material"]["young"] = 1e4
-        fiber["loads"] = [{"type": "force", "at": "end", "value": [0, "t > 0.0068 ? 0.2 : 0", 0]}]
+        fiber["loads"] = [{"type": "force", "at": "end", "value": [0, "t > 0.0068 ? 1 : 0", 0]}]
         case["time"]["end"] = 0.1
         self.generate(case)
         outcome = self.run_program("fbi-run", "reed.h5", "--quiet")

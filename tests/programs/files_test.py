@@ -10,11 +10,11 @@ from programs import BIN, ProgramTest, fiber_alone, main, reed
 
 class UnusableFiles(ProgramTest):
 
-    def refuse(self, code, path, *words, also=()):
-        for ranks in (1, 2):
+    def refuse(self, code, path, *words, ranks=(1, 2)):
+        for ranks in ranks:
             with self.subTest(path=path, ranks=ranks):
                 before = {file: file.read_bytes() for file in self.folder.rglob("*") if file.is_file()}
-                self.expect_error(code, self.run_program("fbi-run", path, *also, ranks=ranks), *words)
+                self.expect_error(code, self.run_program("fbi-run", path, ranks=ranks), *words)
                 after = {file: file.read_bytes() for file in self.folder.rglob("*") if file.is_file()}
                 self.assertEqual(before, after, "files have changed")
 
@@ -23,7 +23,7 @@ class UnusableFiles(ProgramTest):
 
     def test_folder(self):
         (self.folder / "folder.h5").mkdir()
-        self.refuse(6, "folder.h5", "it is a directory")
+        self.refuse(6, "folder.h5", "it is a directory", ranks=(1,))
 
     def test_text_with_the_name_of_a_case(self):
         (self.folder / "text.h5").write_text("not HDF5\n")
@@ -34,7 +34,8 @@ class UnusableFiles(ProgramTest):
         whole = case.read_bytes()
         for size in (0, 4, 96, len(whole) // 4, len(whole) // 2, len(whole) - 1):
             (self.folder / "cut.h5").write_bytes(whole[:size])
-            self.refuse(6, "cut.h5", "cut.h5", "truncated" if size > 8 else "not an HDF5 file", "fbi-gen")
+            self.refuse(6, "cut.h5", "cut.h5", "truncated" if size > 8 else "not an HDF5 file", "fbi-gen",
+                        ranks=(1, 2) if size == len(whole) // 2 else (1,))
 
     def test_another_version(self):
         case = self.generate(reed())
@@ -50,8 +51,8 @@ class UnusableFiles(ProgramTest):
         self.generate(fiber_alone())
         self.expect_code(0, self.run_program("fbi-run", "reed.h5", "--quiet", "--steps", 5))
         self.refuse(6, "reed.run.h5", "is a result index, not a case file", "fbi-post")
-        self.refuse(6, "reed.run/000005.h5", "is a result step, not a case file")
-        self.refuse(6, "reed.run/restart-000005.h5", "is a checkpoint, not a case file", "--restart")
+        self.refuse(6, "reed.run/000005.h5", "is a result step, not a case file", ranks=(1,))
+        self.refuse(6, "reed.run/restart-000005.h5", "is a checkpoint, not a case file", "--restart", ranks=(1,))
 
     def test_input_that_is_refused(self):
         case = self.generate(reed())
@@ -61,7 +62,7 @@ class UnusableFiles(ProgramTest):
         self.refuse(1, "wrong.h5", "wrong.h5", "reed.json:5:3: fluid: unknown key \"viskosity\"", "did you mean",
                     "run fbi-gen again")
         (self.folder / "broken.h5").write_bytes(data.replace(b'"viscosity":', b'"viscosity"!'))
-        self.refuse(1, "broken.h5", "broken.h5", "reed.json:5:", "run fbi-gen again")
+        self.refuse(1, "broken.h5", "broken.h5", "reed.json:5:", "run fbi-gen again", ranks=(1,))
 
     def test_damaged_inside(self):
         case = self.generate(reed())
@@ -155,19 +156,18 @@ class FullDisk(ProgramTest):
         return [(folder / "reed.run" / name).stat().st_size for name in ("000005.h5", "restart-000005.h5")]
 
     # Long enough that the limit arrives before the end.
-    STEPS = {"time": {"step": 1e-3, "end": 0.06}}
+    STEPS = {"time": {"step": 1e-3, "end": 0.12}}
 
     def test_output(self):
         for ranks in (1, 2):
             with self.subTest(ranks=ranks):
-                self.fill(ranks, self.sizes()[0] // 2, reed(**self.STEPS), "reed.run/0000")
+                self.fill(ranks, self.sizes()[0] - 1024, reed(**self.STEPS), "reed.run/0000")
 
     def test_checkpoint(self):
-        output, checkpoint = self.sizes()
-        self.assertLess(output + 4096, checkpoint)
+        checkpoint = self.sizes()[1]
         for ranks in (1, 2):
             with self.subTest(ranks=ranks):
-                self.fill(ranks, checkpoint - 4096, reed(**self.STEPS, output__every=0), "reed.run/restart-0000")
+                self.fill(ranks, checkpoint - 1024, reed(**self.STEPS, output__every=0), "reed.run/restart-0000")
 
     def test_history(self):
         probes = [{"point": [0.04 * k, 0.5, 0.1]} for k in range(1, 46)]

@@ -47,7 +47,7 @@ class Options(ProgramTest):
         before = sorted(self.folder.rglob("*"))
         for ranks in (1, 2):
             outcome = self.expect_code(0, self.run_program("fbi-run", "reed.h5", "--dry-run", ranks=ranks))
-            for pattern in (r"^fluid +1092 unknowns \(273 nodes\)", r"^fibers +1 with 24 unknowns, 12 multipliers$",
+            for pattern in (r"^fluid +540 unknowns \(135 nodes\)", r"^fibers +1 with 24 unknowns, 12 multipliers$",
                             r"h = [\d.]+ fiber diameters", r"^Reynolds +\d", r"^CFL +\d", r"^Cauchy +\d",
                             r"^fiber modes +highest omega dt = \d", r"^memory +about [\d.]+ MiB",
                             r"^disk +about \d+ KiB an output, \d+ KiB for all 5; \d+ KiB a checkpoint", r"^skipped +box mesh"):

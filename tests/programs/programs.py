@@ -19,13 +19,13 @@ BIN = pathlib.Path(os.environ["FBI_BIN"])
 MPIRUN = os.environ["FBI_MPIRUN"]
 PATIENCE = 120  # seconds until a program counts as hanging
 
-# A reed in a channel: 1092 unknowns of the fluid, 24 of the fiber, about 20 ms a step.
+# A reed in a channel: 540 unknowns of the fluid, 24 of the fiber, about 10 ms a step.
 REED = {
     "title": "A reed in a channel",
     "fluid": {"density": 1, "viscosity": 0.01},
     "channel": {
         "size": [2, 1, 0.25],
-        "elements": [12, 6, 2],
+        "elements": [8, 4, 2],
         "boundaries": {
             "xmin": {"type": "inflow", "velocity": ["4*y*(1-y)*sin(20*t)", 0, 0]},
             "xmax": {"type": "outflow"},
