@@ -35,16 +35,17 @@ linalg::MultiplierRows complete_rows(const mesh::HexMesh& fluid, const Coupling&
         static_cast<int>(std::upper_bound(first_row.begin(), first_row.end(), m.row[i]) - first_row.begin()) - 1;
     for (Index k = m.begin[i]; k < m.begin[i + 1]; ++k) {
       const std::size_t node = m.node[k];
-      entries.push_back(
-          {m.row[i], fluid.node_number[node], m.value[k], {weight[3 * node], weight[3 * node + 1], weight[3 * node + 2]}});
+      entries.push_back({m.row[i],
+                         fluid.node_number[node],
+                         m.value[k],
+                         {weight[3 * node], weight[3 * node + 1], weight[3 * node + 2]}});
       owner.push_back(rank);
     }
   }
   entries = mesh::exchange(comm, mesh::make_lists(comm.size(), entries, owner)).data;
   // They came in rank order; a stable sort keeps that order within an entry, so sums do not depend on arrival.
-  std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
-    return a.row != b.row ? a.row < b.row : a.node < b.node;
-  });
+  std::stable_sort(entries.begin(), entries.end(),
+                   [](const Entry& a, const Entry& b) { return a.row != b.row ? a.row < b.row : a.node < b.node; });
   std::vector<GlobalIndex> nodes;
   nodes.reserve(entries.size());
   for (const Entry& entry : entries) nodes.push_back(entry.node);

@@ -7,8 +7,9 @@
 #include "coupling/coupling.hpp"
 #include "coupling/interface_operator.hpp"
 #include "fluid/fluid_field.hpp"
+#include "fsi/extended_system.hpp"
 #include "fsi/parameters.hpp"
-#include "linalg/direct.hpp"
+#include "fsi/velocity_weight.hpp"
 #include "linalg/krylov.hpp"
 #include "linalg/multiplier_factor.hpp"
 #include "linalg/pressure_solver.hpp"
@@ -19,12 +20,12 @@ namespace fbi::fsi {
 /// Solves with the tangent of the fluid at its linearisation point, with or without fibers.
 ///
 /// Iterative: FGMRES with a pressure-splitting block preconditioner. The velocity block is (W^-1 + M^T S^-1 M)^-1 with
-/// W = (rho sigma V_a + mu K_aa)^-1 diagonal, V_a the lumped volume and K_aa the diagonal of the Laplacian, by
-/// Woodbury; it is applied before and after one multigrid cycle for the pressure operator (1/(rho sigma) + tau_M)
-/// Laplacian with a Robin condition at open faces, to which mu times the inverse pressure mass is added. The continuity
-/// rows are scaled by rho sigma h, which gives all rows the unit of a force.
+/// the diagonal W of VelocityWeight, by Woodbury; it is applied before and after the pressure operator, the Laplacian
+/// divided by rho sigma with a Robin condition at open faces, which is solved exactly on boxes and by one multigrid
+/// cycle elsewhere; mu times the inverse lumped mass is added to it. The continuity rows are scaled by rho sigma h,
+/// which gives all rows the unit of a force.
 ///
-/// Direct: MUMPS on the assembled system with the multipliers as extra unknowns.
+/// Direct (steady flow, few unknowns, or on request): the system with the multipliers as extra unknowns, factorised.
 class FluidSolver {
  public:
   /// `coupling` and `interface` are null without fibers. Collective.
@@ -33,7 +34,7 @@ class FluidSolver {
   ~FluidSolver();
 
   /// True when the direct solver was chosen.
-  bool is_direct() const { return direct_; }
+  bool is_direct() const { return direct_ != nullptr; }
   /// Scale of continuity rows that makes them comparable with momentum rows, rho sigma h (1 when steady).
   double continuity_scale() const;
 
@@ -58,34 +59,26 @@ class FluidSolver {
   void apply_preconditioner(Vec r, Vec x);
   void velocity_block(const double* r, double* x);
   void renew_pressure();
-  void renew_weight();
-  void complete_ghosts(std::vector<double>& values);
   bool renew_velocity(bool geometry_changed, bool interface_changed);
-  bool factorize_direct();
   void remove_mean_pressure(Vec x) const;
 
   fluid::FluidField& fluid_;
   const coupling::Coupling* coupling_;
   const coupling::InterfaceOperator* interface_;
   SolverParameters parameters_;
-  bool direct_ = false;
   Comm comm_;
 
   // Iterative.
   std::unique_ptr<linalg::Krylov> krylov_;
   std::unique_ptr<linalg::PressureSolver> pressure_;
-  double pressure_scale_ = 1.0;        // rho sigma
-  std::vector<double> cell_size_, cell_diffusion_;  // V^(1/3) [length] and int |grad N_a|^2 [length], shape=(local cells)
-  std::vector<double> weight_;         // W, shape=(local nodes,3)
+  double pressure_scale_ = 1.0;  // rho sigma
+  std::unique_ptr<VelocityWeight> weight_;
   linalg::MultiplierFactor factor_;
   linalg::VecHandle ghosted_, work_, work2_, scaled_;
   linalg::VecHandle pressure_right_, pressure_solution_;
   mutable std::vector<double> rows_;  // shape=(rows,3)
 
-  // Direct.
-  std::unique_ptr<linalg::DirectSolver> factors_;
-  linalg::MatHandle jacobian_, extended_;
-  linalg::VecHandle extended_right_, extended_solution_;
+  std::unique_ptr<ExtendedSystem> direct_;  // null = iterative
 };
 
 }  // namespace fbi::fsi

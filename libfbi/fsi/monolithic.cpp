@@ -10,10 +10,11 @@ namespace {
 
 constexpr double round_off_margin = 10.0;  // the norm of all rows against the largest entry
 
-/// Tolerance of a linear solve: krylov_tolerance, but no further than the nonlinear tolerance asks for, unless the user wants
-/// linear systems solved more tightly than the nonlinear one.
+/// Tolerance of a linear solve: krylov_tolerance, but no further than the nonlinear tolerance asks for, unless the user
+/// wants linear systems solved more tightly than the nonlinear one.
 double linear_tolerance(const SolverParameters& parameters, double residual, double reference) {
-  if (parameters.krylov_tolerance < parameters.newton_tolerance || !(residual > 0.0)) return parameters.krylov_tolerance;
+  if (parameters.krylov_tolerance < parameters.newton_tolerance || !(residual > 0.0))
+    return parameters.krylov_tolerance;
   const double enough = 0.2 * parameters.newton_tolerance * reference / residual;
   return std::clamp(enough, parameters.krylov_tolerance, std::max(parameters.krylov_tolerance, 0.1));
 }

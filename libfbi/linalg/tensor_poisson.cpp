@@ -1,9 +1,8 @@
 #include "linalg/tensor_poisson.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-
-#include <Eigen/Eigenvalues>
 
 #include "mesh/exchange.hpp"
 
@@ -63,7 +62,8 @@ bool TensorPoisson::supports(const mesh::HexMesh& mesh) {
   return !mesh.comm.any(mesh.comm.sum_before(planes) != begin[axis]);
 }
 
-TensorPoisson::Line TensorPoisson::make_line(const std::vector<double>& coordinates, const std::array<double, 2>& robin) {
+TensorPoisson::Line TensorPoisson::make_line(const std::vector<double>& coordinates,
+                                             const std::array<double, 2>& robin) {
   const std::size_t n = coordinates.size();
   Line line;
   line.k_diagonal.assign(n, 0.0);
@@ -84,7 +84,8 @@ TensorPoisson::Line TensorPoisson::make_line(const std::vector<double>& coordina
 
 TensorPoisson::TensorPoisson(const mesh::HexMesh& mesh, const std::array<std::array<double, 2>, 3>& robin)
     : comm_(mesh.comm), axis_(slab_axis(mesh)), nodes_(mesh.global_nodes) {
-  singular_ = std::all_of(robin.begin(), robin.end(), [](const auto& ends) { return ends[0] == 0.0 && ends[1] == 0.0; });
+  singular_ =
+      std::all_of(robin.begin(), robin.end(), [](const auto& ends) { return ends[0] == 0.0 && ends[1] == 0.0; });
   std::array<Index, 3> begin{}, end{};
   owned_block(mesh, begin, end);
   const int d1 = axis_ == 0 ? 1 : 0, d2 = axis_ == 2 ? 1 : 2;
@@ -138,7 +139,8 @@ TensorPoisson::TensorPoisson(const mesh::HexMesh& mesh, const std::array<std::ar
 
   for (Index mode = first_mode_; mode < first_mode_ + modes_; ++mode)
     eigenvalue_.push_back(lambda1[mode / n2_] + lambda2[mode % n2_]);
-  if (singular_ && first_mode_ == 0 && modes_ > 0) eigenvalue_[0] = 0.0;  // exactly: round-off must not decide the level
+  if (singular_ && first_mode_ == 0 && modes_ > 0)
+    eigenvalue_[0] = 0.0;  // exactly: round-off must not decide the level
   const std::size_t length = line_.k_diagonal.size();
   inverse_pivot_.resize(length * modes_);
   for (Index m = 0; m < modes_; ++m) {
@@ -146,7 +148,8 @@ TensorPoisson::TensorPoisson(const mesh::HexMesh& mesh, const std::array<std::ar
     for (std::size_t i = 0; i < length; ++i) {
       const double below = i > 0 ? line_.k_off[i - 1] + eigenvalue_[m] * line_.m_off[i - 1] : 0.0;
       double pivot = line_.k_diagonal[i] + eigenvalue_[m] * line_.m_diagonal[i] - below * below * previous;
-      // The constant mode of the singular problem: fix the level at the first node; compatible right-hand sides notice nothing.
+      // The constant mode of the singular problem: fix the level at the first node; compatible right-hand sides notice
+      // nothing.
       if (singular_ && first_mode_ + m == 0 && i == 0) pivot *= 2.0;
       previous = 1.0 / pivot;
       inverse_pivot_[i * modes_ + m] = previous;
@@ -187,8 +190,8 @@ void TensorPoisson::apply(Vec b, Vec x) {
         std::copy_n(&field_[static_cast<std::size_t>(plane) * all_modes + first], count,
                     &sent_[send_begin_[r] + static_cast<std::size_t>(plane) * count]);
     }
-    MPI_Alltoallv(sent_.data(), send_count_.data(), send_begin_.data(), MPI_DOUBLE, lines_.data(), receive_count_.data(),
-                  receive_begin_.data(), MPI_DOUBLE, comm_.get());
+    MPI_Alltoallv(sent_.data(), send_count_.data(), send_begin_.data(), MPI_DOUBLE, lines_.data(),
+                  receive_count_.data(), receive_begin_.data(), MPI_DOUBLE, comm_.get());
     lines = lines_.data();
   }
   const std::size_t length = line_.k_diagonal.size();
@@ -211,8 +214,8 @@ void TensorPoisson::apply(Vec b, Vec x) {
     for (Index m = 0; m < modes_; ++m) row[m] -= (k + eigenvalue_[m] * mass) * inverse[m] * after[m];
   }
   if (ranks > 1) {
-    MPI_Alltoallv(lines_.data(), receive_count_.data(), receive_begin_.data(), MPI_DOUBLE, sent_.data(), send_count_.data(),
-                  send_begin_.data(), MPI_DOUBLE, comm_.get());
+    MPI_Alltoallv(lines_.data(), receive_count_.data(), receive_begin_.data(), MPI_DOUBLE, sent_.data(),
+                  send_count_.data(), send_begin_.data(), MPI_DOUBLE, comm_.get());
     for (int r = 0; r < ranks; ++r) {
       const Index count = planes_ > 0 ? send_count_[r] / planes_ : 0;
       const Index first = static_cast<Index>(mesh::even_begin(all_modes, r, ranks));

@@ -1,0 +1,96 @@
+#include "fsi/velocity_weight.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "base/timer.hpp"
+#include "fem/hex8.hpp"
+#include "linalg/vector_access.hpp"
+
+namespace fbi::fsi {
+
+using linalg::GhostedForm;
+using linalg::Read;
+using linalg::Write;
+
+VelocityWeight::VelocityWeight(fluid::FluidField& fluid) : fluid_(fluid), work_(fluid.create_vector()) {
+  const mesh::HexMesh& mesh = fluid_.mesh();
+  for (Index c = 0; c < mesh.local_cells(); ++c) {
+    Eigen::Matrix<double, 3, 8> corners;
+    for (int a = 0; a < 8; ++a)
+      corners.col(a) = Eigen::Map<const Vec3>(mesh.node(mesh.cells[8 * static_cast<std::size_t>(c) + a]));
+    const Mat3 jacobian = 2.0 * corners * fem::hex8_gradient(Vec3::Zero());  // edge vectors of the cell's middle
+    const double volume = std::abs(jacobian.determinant());
+    double inverse_squares = 0.0;
+    for (int i = 0; i < 3; ++i) inverse_squares += 1.0 / jacobian.col(i).squaredNorm();
+    cell_size_.push_back(std::cbrt(volume));
+    cell_diffusion_.push_back(volume / 9.0 * inverse_squares);  // int |grad N_a|^2, exact on boxes
+  }
+}
+
+void VelocityWeight::renew() {
+  Timed timed("velocity weight");
+  const mesh::HexMesh& mesh = fluid_.mesh();
+  const fluid::FluidParameters& parameters = fluid_.parameters();
+  const double sigma = fluid_.sigma(), density = parameters.density, viscosity = parameters.viscosity;
+  const bool convective = parameters.convective_form != fluid::ConvectiveForm::none;
+  const std::vector<double>& tau = fluid_.tau_m();
+  std::vector<double> diagonal(mesh.local_nodes(), 0.0);
+  {
+    GhostedForm form(fluid_.iterate());
+    Read velocity(form.get());
+    for (Index c = 0; c < mesh.local_cells(); ++c) {
+      const Index* nodes = &mesh.cells[8 * static_cast<std::size_t>(c)];
+      const double h = cell_size_[c];
+      double speed = 0.0, reaction = 0.0;
+      if (convective) {
+        // Mean velocity and, from the spread around it, the size of its differences across the cell.
+        Vec3 v = Vec3::Zero();
+        double squares = 0.0;
+        for (int a = 0; a < 8; ++a) {
+          const Eigen::Map<const Vec3> at(velocity.get() + 4 * static_cast<std::size_t>(nodes[a]));
+          v += 0.125 * at;
+          squares += 0.125 * at.squaredNorm();
+        }
+        speed = v.norm();
+        const double difference = 2.0 * std::sqrt(std::max(0.0, squares - v.squaredNorm()));
+        // rho (v.grad) dv and rho (dv.grad) v
+        reaction = density * (speed + difference) / h;
+      }
+      // One direction in three is streamline, and grad-div acts on one mode in three.
+      const double streamline = density * density * tau[c] * speed * speed;
+      const double grad_div = parameters.grad_div ? 0.5 * density * speed * h : 0.0;
+      const double diffusion = (viscosity + (streamline + grad_div) / 3.0) * cell_diffusion_[c];
+      for (int a = 0; a < 8; ++a) diagonal[nodes[a]] += diffusion + 0.125 * reaction * h * h * h;
+    }
+  }
+  complete_ghosts(diagonal);
+  const std::vector<double>& volume = fluid_.lumped_volume();
+  const std::vector<char>& dirichlet = fluid_.is_dirichlet();
+  values_.resize(3 * static_cast<std::size_t>(mesh.local_nodes()));
+  for (Index a = 0; a < mesh.local_nodes(); ++a)
+    for (int i = 0; i < 3; ++i) {
+      const std::size_t node = a;
+      values_[3 * node + i] = dirichlet[4 * node + i] != 0 ? 0.0 : 1.0 / (density * sigma * volume[a] + diagonal[a]);
+    }
+}
+
+void VelocityWeight::complete_ghosts(std::vector<double>& nodal) {
+  const Index nodes = fluid_.mesh().local_nodes();
+  {
+    GhostedForm form(work_);
+    Write to(form.get());
+    for (Index a = 0; a < nodes; ++a)
+      for (int i = 0; i < 4; ++i) to.get()[4 * static_cast<std::size_t>(a) + i] = i == 0 ? nodal[a] : 0.0;
+  }
+  FBI_PETSC(VecGhostUpdateBegin(work_, ADD_VALUES, SCATTER_REVERSE));
+  FBI_PETSC(VecGhostUpdateEnd(work_, ADD_VALUES, SCATTER_REVERSE));
+  FBI_PETSC(VecGhostUpdateBegin(work_, INSERT_VALUES, SCATTER_FORWARD));
+  FBI_PETSC(VecGhostUpdateEnd(work_, INSERT_VALUES, SCATTER_FORWARD));
+  GhostedForm form(work_);
+  Read from(form.get());
+  for (Index a = 0; a < nodes; ++a) nodal[a] = from.get()[4 * static_cast<std::size_t>(a)];
+}
+
+}  // namespace fbi::fsi

@@ -1,0 +1,32 @@
+/// Diagonal approximation of the fluid's velocity block, inverted: the weight W of the preconditioner.
+#pragma once
+
+#include <vector>
+
+#include "fluid/fluid_field.hpp"
+
+namespace fbi::fsi {
+
+/// W = (rho (sigma + |v|/h + |dv|/h) V_a + sum_K (mu + (rho^2 tau |v|^2 + tau_C)/3) int_K |grad N_a|^2)^-1 for every
+/// velocity that is not given, with V_a the lumped volume, |v| the mean speed in a cell and |dv| its variation across
+/// the cell: a bound of the block's rows, so that an iteration with W does not grow for any CFL number.
+class VelocityWeight {
+ public:
+  explicit VelocityWeight(fluid::FluidField& fluid);
+
+  /// Renews W for the present iterate, tau and time step. Collective.
+  void renew();
+  /// W, zero where the velocity is given, shape=(local nodes,3).
+  const std::vector<double>& values() const { return values_; }
+
+ private:
+  void complete_ghosts(std::vector<double>& nodal);
+
+  fluid::FluidField& fluid_;
+  linalg::VecHandle work_;
+  std::vector<double> cell_size_;       // V^(1/3) [length], shape=(local cells)
+  std::vector<double> cell_diffusion_;  // int |grad N_a|^2 [length], shape=(local cells)
+  std::vector<double> values_;
+};
+
+}  // namespace fbi::fsi
