@@ -1,9 +1,9 @@
 /// The Krylov wrapper and the direct solver on a distributed one-dimensional convection-diffusion matrix.
 #include "linalg/krylov.hpp"
 
-#include <cmath>
-
 #include <gtest/gtest.h>
+
+#include <cmath>
 
 #include "linalg/direct.hpp"
 

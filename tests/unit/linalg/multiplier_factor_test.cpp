@@ -1,10 +1,10 @@
 /// The Woodbury factor against a dense inverse.
 #include "linalg/multiplier_factor.hpp"
 
-#include <random>
+#include <gtest/gtest.h>
 
 #include <Eigen/Dense>
-#include <gtest/gtest.h>
+#include <random>
 
 namespace fbi::linalg {
 namespace {
