@@ -1,5 +1,7 @@
 #include "case/checkpoints.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include "base/timer.hpp"
 #include "io/case_file.hpp"
 #include "io/checkpoint.hpp"
@@ -36,6 +38,15 @@ StateList list_state(Setup& setup) {
   return list;
 }
 
+/// Fingerprint of what a restart must share with the run it goes on from: the input without comments, title, output, expected
+/// values and end time.
+std::string fingerprint_of_physics(const std::string& json) {
+  nlohmann::json input = nlohmann::json::parse(json, nullptr, true, true);
+  for (const char* key : {"title", "output", "expect"}) input.erase(key);
+  if (input.contains("time")) input["time"].erase("end");
+  return io::fingerprint(input.dump());
+}
+
 }  // namespace
 
 void save_checkpoint(Setup& setup, const io::RunPaths& paths, const std::string& json, GlobalIndex step, double time) {
@@ -50,7 +61,7 @@ void save_checkpoint(Setup& setup, const io::RunPaths& paths, const std::string&
   io::CheckpointHeader header;
   header.step = step;
   header.time = time;
-  header.case_fingerprint = io::fingerprint(json);
+  header.case_fingerprint = fingerprint_of_physics(json);
   if (setup.fluid != nullptr)
     for (const auto& [name, value] : setup.fluid->scalars()) header.numbers[name] = *value;
   if (setup.acceleration != nullptr) header.vectors["acceleration"] = setup.acceleration->history();
@@ -66,7 +77,7 @@ GlobalIndex load_checkpoint(Setup& setup, const io::RunPaths& paths, const std::
   const GlobalIndex step = io::find_checkpoint(comm, paths, which);
   StateList list = list_state(setup);
   const io::CheckpointHeader header =
-      io::read_checkpoint(comm, paths, step, io::fingerprint(json), setup.fluid_mesh.get(), list.fluid,
+      io::read_checkpoint(comm, paths, step, fingerprint_of_physics(json), setup.fluid_mesh.get(), list.fluid,
                           setup.fiber_mesh.get(), list.fibers);
   for (std::size_t k = 0; k < list.vectors.size(); ++k) {
     double* values = nullptr;

@@ -114,6 +114,19 @@ class Checkpoints(ProgramTest):
         self.expect_code(0, self.run_program("fbi-gen", "reed.json", "--quiet"))
         self.expect_code(0, self.run_program("fbi-run", "reed.h5", "--quiet", "--restart", "last"))
 
+    def test_goes_on_past_the_old_end(self):
+        short = fiber_alone()
+        short["time"]["end"] = 10 * short["time"]["step"]
+        self.generate(short)
+        self.expect_code(0, self.run_program("fbi-run", "reed.h5", "--quiet"))
+        longer = fiber_alone()
+        longer["title"] = "The same fiber, longer"
+        longer["time"]["end"] = 20 * longer["time"]["step"]
+        self.generate(longer)
+        self.expect_code(0, self.run_program("fbi-run", "reed.h5", "--quiet", "--restart", "last"))
+        rows = [line for line in (self.folder / "reed.run.csv").read_text().splitlines() if line[0].isdigit()]
+        self.assertEqual([int(row.split(",")[0]) for row in rows], list(range(1, 21)))
+
     def test_that_is_cut(self):
         self.generate(fiber_alone())
         self.expect_code(0, self.run_program("fbi-run", "reed.h5", "--quiet", "--steps", 10))
