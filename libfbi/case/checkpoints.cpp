@@ -1,8 +1,7 @@
 #include "case/checkpoints.hpp"
 
-#include <nlohmann/json.hpp>
-
 #include "base/timer.hpp"
+#include "input/canonical.hpp"
 #include "io/case_file.hpp"
 #include "io/checkpoint.hpp"
 
@@ -38,13 +37,10 @@ StateList list_state(Setup& setup) {
   return list;
 }
 
-/// Fingerprint of what a restart must share with the run it goes on from: the input without comments, title, output, expected
-/// values and end time.
+/// Fingerprint of what a restart must share with the run it goes on from: the input without comments, title, output,
+/// expected values and end time.
 std::string fingerprint_of_physics(const std::string& json) {
-  nlohmann::json input = nlohmann::json::parse(json, nullptr, true, true);
-  for (const char* key : {"title", "output", "expect"}) input.erase(key);
-  if (input.contains("time")) input["time"].erase("end");
-  return io::fingerprint(input.dump());
+  return io::fingerprint(input::canonical_text(json, {"/title", "/output", "/expect", "/time/end"}));
 }
 
 }  // namespace
