@@ -143,13 +143,14 @@ std::string read_text_file(const std::string& path) {
   return text.str();
 }
 
-int remove_leftovers(const std::string& directory) {
+int remove_leftovers(const std::string& directory, const std::string& file) {
   std::error_code error;
   int removed = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(directory, error)) {
+  for (const auto& entry : std::filesystem::directory_iterator(directory.empty() ? "." : directory, error)) {
     const std::string name = entry.path().filename().string();
     const std::size_t mark = name.rfind(".tmp.");
     if (mark == std::string::npos || name.find_first_not_of("0123456789", mark + 5) != std::string::npos) continue;
+    if (!file.empty() && name.substr(0, mark) != file) continue;
     std::error_code ignored;
     removed += std::filesystem::remove(entry.path(), ignored);
   }

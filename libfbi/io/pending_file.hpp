@@ -42,9 +42,9 @@ void reserve_room(const std::string& path, GlobalIndex bytes);
 /// Flushes what the system holds of a file to the disk. Throws Error(file).
 void sync_file(const std::string& path);
 
-/// Removes temporary files that killed programs left in `directory`; returns how many. Call it only where no other
-/// program writes.
-int remove_leftovers(const std::string& directory);
+/// Removes temporary files that killed programs left in `directory` (of one `file` name when given); returns how many.
+/// Call it only where no other program writes.
+int remove_leftovers(const std::string& directory, const std::string& file = "");
 
 /// "cannot write PATH: <reason of errno>; <what to do>" as Error(file).
 [[noreturn]] void throw_write_error(const std::string& path, int error_number);

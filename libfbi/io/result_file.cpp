@@ -123,6 +123,10 @@ ResultWriter::ResultWriter(const Comm& comm, const RunPaths& paths, const mesh::
 
 void ResultWriter::take_over_older_files(std::optional<GlobalIndex> restart_step) {
   remove_leftovers(paths_.directory);
+  for (const std::string& path : {paths_.index, paths_.xdmf, paths_.csv}) {
+    const std::filesystem::path beside(path);
+    remove_leftovers(beside.parent_path().string(), beside.filename().string());
+  }
   for (const GlobalIndex step : paths_.steps()) {
     if (restart_step && step <= *restart_step) {
       const File file = open_kind(paths_.step(step), FileKind::step);
