@@ -21,7 +21,8 @@ void describe_coupling(Visitor& v, coupling::CouplingParameters& p, fsi::SchemeP
                                 {{fsi::GeometryUpdate::lagged, "lagged", "those at the start of the step"},
                                  {fsi::GeometryUpdate::iterated, "iterated", "those of the current iterate"}});
   v.choice<fsi::CouplingWeight>(
-      field("weight", "share w of the new coupling force in the fiber equations: w lambda_(n+1) + (1-w) lambda_n"),
+      field("coupling_weight",
+            "share w of the new coupling force in the fiber equations: w lambda_(n+1) + (1-w) lambda_n"),
       scheme.coupling_weight,
       {{fsi::CouplingWeight::theta, "theta", "that of the fluid: both receive the same impulse"},
        {fsi::CouplingWeight::one_minus_alpha_f, "1-alpha_f", "that of the fibers' generalised-alpha"}});

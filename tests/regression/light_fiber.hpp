@@ -50,7 +50,7 @@ inline Record run_fiber(const Json& json, int last = short_run) {
 inline Json light(double density, const char* weight, double rho_inf = 1.0) {
   Json json = single_beam();
   json["fibers"][0]["material"]["density"] = density;
-  json["coupling"]["weight"] = weight;
+  json["coupling"]["coupling_weight"] = weight;
   json["time"]["beam"]["rho_inf"] = rho_inf;
   return json;
 }

@@ -118,7 +118,7 @@ TEST(Schema, LoadsAndAitken) {
       R"("loads": [{"type": "moment", "at": "end", "value": [0, 0, "2*pi*t"]}, {"type": "line", "value": [0, 1, 0]}],)");
   const cases::CaseParameters p =
       parse("{" + fluid_text + R"(, "fibers": [)" + loaded + R"(], "time": {"step": 0.1, "end": 1},
-    "coupling": {"scheme": "aitken", "relaxation": 0.5, "weight": "1-alpha_f", "geometry_update": "iterated", "outside": "allow"},
+    "coupling": {"scheme": "aitken", "relaxation": 0.5, "coupling_weight": "1-alpha_f", "geometry_update": "iterated", "outside": "allow"},
     "expect": [{"quantity": "a:displacement_x", "value": 1, "tolerance": 0.1, "time": 0.5},
                {"quantity": "drag", "value": 0, "absolute_tolerance": 0.2, "reduce": "max_abs"}]})");
   ASSERT_EQ(p.fibers[0].physics.loads.size(), 2u);
@@ -162,7 +162,7 @@ TEST(Schema, IsAJsonSchema) {
   const nlohmann::json schema = nlohmann::json::parse(cases::case_json_schema());
   EXPECT_EQ(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");
   EXPECT_EQ(schema["$defs"]["Boundaries"]["required"].size(), 6u);
-  EXPECT_EQ(schema["$defs"]["Coupling"]["properties"]["weight"]["default"], "theta");
+  EXPECT_EQ(schema["$defs"]["Coupling"]["properties"]["coupling_weight"]["default"], "theta");
   // Every reference leads somewhere.
   const std::string text = schema.dump();
   for (std::size_t at = text.find("#/$defs/"); at != std::string::npos; at = text.find("#/$defs/", at + 1)) {
