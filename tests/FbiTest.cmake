@@ -1,7 +1,8 @@
 # fbi_test(NAME SOURCES a.cpp ... LINKS lib ... [RANKS 1 2 3] [LABELS unit ...] [TIMEOUT s])
 #
 # One GoogleTest program; run once for each rank count. mpi_main.cpp is its main: it starts MPI, silences all ranks but 0,
-# fails when any rank fails and turns floating-point traps on.
+# fails when any rank fails and turns floating-point traps on. The run on the smallest number of ranks leaves its rows of
+# docs/verification.md (record.hpp) in build/PRESET/records/NAME.tsv.
 function(fbi_test name)
   cmake_parse_arguments(T "" "TIMEOUT" "SOURCES;LINKS;RANKS;LABELS" ${ARGN})
   if(NOT T_RANKS)
@@ -14,6 +15,8 @@ function(fbi_test name)
   target_link_libraries(test_${name} PRIVATE ${T_LINKS} fbi_options GTest::gtest)
   target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
   target_compile_definitions(test_${name} PRIVATE FBI_SOURCE_DIR="${PROJECT_SOURCE_DIR}" FBI_BIN_DIR="${PROJECT_BINARY_DIR}/bin")
+  file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/records)
+  list(GET T_RANKS 0 first_ranks)
   foreach(ranks ${T_RANKS})
     if(ranks EQUAL 1)
       add_test(NAME ${name} COMMAND test_${name})
@@ -24,5 +27,9 @@ function(fbi_test name)
     endif()
     set_tests_properties(${test} PROPERTIES LABELS "${T_LABELS}" TIMEOUT ${T_TIMEOUT} PROCESSORS ${ranks} ENVIRONMENT
       "OMPI_ALLOW_RUN_AS_ROOT=1;OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1;OMP_NUM_THREADS=1;OPENBLAS_NUM_THREADS=1;OMPI_MCA_btl_vader_single_copy_mechanism=none;OMPI_MCA_hwloc_base_binding_policy=none;OMPI_MCA_mpi_yield_when_idle=1")
+    if(ranks EQUAL first_ranks)
+      set_property(TEST ${test} APPEND PROPERTY ENVIRONMENT
+        "FBI_RECORDS=${PROJECT_BINARY_DIR}/records;FBI_TEST_NAME=${name};FBI_TEST_LABELS=$<JOIN:${T_LABELS},$<COMMA>>")
+    endif()
   endforeach()
 endfunction()
