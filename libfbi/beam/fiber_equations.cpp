@@ -17,13 +17,15 @@ ElementProperties element_properties(const FiberParameters& group) {
   return element;
 }
 
-// Fills area and second moment of area of circular sections.
+// Fills the numbers of circular sections.
 std::vector<FiberParameters> with_sections(std::vector<FiberParameters> groups) {
   for (FiberParameters& group : groups) {
     Section& section = group.section;
     const double square = section.radius * section.radius;
     if (section.area == 0.0) section.area = M_PI * square;
-    if (section.inertia == 0.0) section.inertia = 0.25 * M_PI * square * square;
+    for (double* inertia : {&section.inertia, &section.inertia_2, &section.inertia_3})
+      if (*inertia == 0.0) *inertia = 0.25 * M_PI * square * square;
+    if (section.torsion == 0.0) section.torsion = 0.5 * M_PI * square * square;
   }
   return groups;
 }

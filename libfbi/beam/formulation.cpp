@@ -8,6 +8,7 @@ const ElementFormulation* element_formulation(Formulation formulation) {
   static const TorsionFree torsion_free;
   switch (formulation) {
     case Formulation::torsion_free:
+    case Formulation::simo_reissner:
       return &torsion_free;
     case Formulation::fixed:
       return nullptr;

@@ -11,20 +11,28 @@
 namespace fbi::beam {
 
 enum class Formulation {
-  torsion_free,  ///< geometrically exact Kirchhoff beam without torsion
-  fixed          ///< does not move: no beam solve
+  torsion_free,   ///< geometrically exact Kirchhoff beam without torsion
+  simo_reissner,  ///< geometrically exact beam with shear, torsion and rotary inertia; may be curved at rest
+  fixed           ///< does not move: no beam solve
 };
 
-/// Cross-section: circular, from its radius.
+/// Cross-section: circular, from its radius, or from its numbers. Axis 1 is the tangent, axes 2 and 3 span the section.
 struct Section {
   double radius = 0.0;   ///< a [length]
   double area = 0.0;     ///< A [length^2]; pi a^2 when the radius is given
   double inertia = 0.0;  ///< I, second moment of area [length^4]; pi a^4/4 when the radius is given
+  // for simo_reissner
+  double inertia_2 = 0.0;         ///< I2 about axis 2 [length^4]; pi a^4/4 when the radius is given
+  double inertia_3 = 0.0;         ///< I3 about axis 3 [length^4]; pi a^4/4 when the radius is given
+  double torsion = 0.0;           ///< J, torsion constant [length^4]; pi a^4/2 when the radius is given
+  double shear_correction = 0.9;  ///< k: shear stiffness k G A
+  Vec3 direction = Vec3::Zero();  ///< axis 2 at the start, made normal to the tangent; zero: any
 };
 
 struct Material {
-  double young = 0.0;    ///< E [force/area]
-  double density = 0.0;  ///< rho_b [mass/length^3]
+  double young = 0.0;          ///< E [force/area]
+  double density = 0.0;        ///< rho_b [mass/length^3]
+  double shear_modulus = 0.0;  ///< G [force/area], for simo_reissner; E/(2 (1+nu)) when nu is given
 };
 
 enum class EndCondition {

@@ -33,35 +33,88 @@ void describe_array(Visitor& v, mesh::ArrayParameters& p) {
   if (total > 1e8) v.error("counts", "more than 1e8 fibers");
 }
 
-void describe_section(Visitor& v, beam::Section& p) {
-  v.number(field("radius", "radius a of a circular section: A = pi a^2, I = pi a^4/4", "length").optional(), p.radius,
-           positive());
-  v.number(field("area", "area A, together with inertia and instead of radius", "length^2").optional(), p.area,
-           positive());
-  v.number(field("inertia", "second moment of area I, together with area", "length^4").optional(), p.inertia,
-           positive());
+void describe_section(Visitor& v, beam::Section& p, bool with_torsion) {
+  v.number(field("radius", "radius a of a circular section: A = pi a^2, I = I2 = I3 = pi a^4/4, J = pi a^4/2", "length")
+               .optional(),
+           p.radius, positive());
+  v.number(field("area", "area A, together with the other numbers of the section and instead of radius", "length^2")
+               .optional(),
+           p.area, positive());
+  v.number(
+      field("inertia", "second moment of area I, together with area; not for simo_reissner", "length^4").optional(),
+      p.inertia, positive());
+  v.number(field("inertia_2", "second moment of area about axis 2; only for simo_reissner", "length^4").optional(),
+           p.inertia_2, positive());
+  v.number(field("inertia_3", "second moment of area about axis 3; only for simo_reissner", "length^4").optional(),
+           p.inertia_3, positive());
+  v.number(field("torsion", "torsion constant J, GJ being the torsional stiffness; only for simo_reissner", "length^4")
+               .optional(),
+           p.torsion, positive());
+  v.number(field("shear_correction",
+                 "k of the shear stiffness k G A: 0.9 for round, 5/6 for rectangular sections; only for simo_reissner"),
+           p.shear_correction, positive());
+  v.vector(field("direction",
+                 "axis 2 of the section at the start of the fiber, made normal to the tangent and carried along "
+                 "without twist; matters for inertia_2 different from inertia_3; only for simo_reissner")
+               .optional(),
+           p.direction);
   if (!v.reading()) return;
-  const bool round = v.given("radius"), area = v.given("area"), inertia = v.given("inertia");
-  if (round && (area || inertia)) {
-    v.error("", "contradictory: give either \"radius\" or \"area\" and \"inertia\"");
-  } else if (!round && !(area && inertia)) {
-    v.error("", std::string(area      ? "missing key \"inertia\""
-                            : inertia ? "missing key \"area\""
-                                      : "missing key \"radius\"") +
-                    "; give either \"radius\" or \"area\" and \"inertia\"");
-  } else if (round) {
+  if (!with_torsion) {
+    for (const char* key : {"inertia_2", "inertia_3", "torsion", "shear_correction", "direction"})
+      if (v.given(key))
+        v.error(key, "only for formulation simo_reissner; remove it or set \"formulation\": \"simo_reissner\"");
+  } else if (v.given("inertia")) {
+    v.error("inertia", "not for formulation simo_reissner; give \"inertia_2\" and \"inertia_3\" instead");
+  }
+  const std::vector<std::string> keys = with_torsion
+                                            ? std::vector<std::string>{"area", "inertia_2", "inertia_3", "torsion"}
+                                            : std::vector<std::string>{"area", "inertia"};
+  std::string all, missing;
+  std::size_t given = 0;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    all += (i == 0 ? "\"" : i + 1 < keys.size() ? ", \"" : " and \"") + keys[i] + "\"";
+    if (v.given(keys[i]))
+      ++given;
+    else if (missing.empty())
+      missing = keys[i];
+  }
+  const std::string choice = "give either \"radius\" or " + all;
+  if (v.given("radius") && given > 0) {
+    v.error("", "contradictory: " + choice);
+  } else if (!v.given("radius") && !missing.empty()) {
+    v.error("", "missing key \"" + (given == 0 ? "radius" : missing) + "\"; " + choice);
+  } else if (v.given("radius")) {
     const double square = p.radius * p.radius;
     p.area = std::numbers::pi * square;
-    p.inertia = 0.25 * std::numbers::pi * square * square;
+    p.inertia = p.inertia_2 = p.inertia_3 = 0.25 * std::numbers::pi * square * square;
+    p.torsion = 2 * p.inertia;
     if (!v.failed("radius") && (p.inertia < 1e-300 || p.inertia > 1e300)) {
       v.error("radius", "is too small or too large: its second moment of area is no ordinary number");
     }
   }
 }
 
-void describe_material(Visitor& v, beam::Material& p) {
+void describe_material(Visitor& v, beam::Material& p, bool with_torsion) {
   v.number(field("young", "Young's modulus E", "force/area").required("1e7"), p.young, positive());
   v.number(field("density", "density rho_b", "mass/length^3").required("10"), p.density, positive());
+  double poisson = 0.0;
+  v.number(field("poisson", "Poisson's ratio nu, G = E/(2 (1+nu)); only for simo_reissner").optional(), poisson,
+           between(-0.999, 0.5));
+  v.number(
+      field("shear_modulus", "shear modulus G, instead of poisson; only for simo_reissner", "force/area").optional(),
+      p.shear_modulus, positive());
+  if (!v.reading()) return;
+  const bool ratio = v.given("poisson"), modulus = v.given("shear_modulus");
+  if (!with_torsion) {
+    for (const char* key : {"poisson", "shear_modulus"})
+      if (v.given(key))
+        v.error(key, "only for formulation simo_reissner; remove it or set \"formulation\": \"simo_reissner\"");
+  } else if (ratio == modulus) {
+    v.error("", ratio ? "contradictory: give either \"poisson\" or \"shear_modulus\""
+                      : "missing key \"poisson\"; give either \"poisson\" or \"shear_modulus\"");
+  } else if (ratio) {
+    p.shear_modulus = p.young / (2 * (1 + poisson));
+  }
 }
 
 void describe_load(Visitor& v, beam::Load& p) {
@@ -104,17 +157,18 @@ void describe_fiber_group(Visitor& v, FiberGroup& p) {
       {{beam::Formulation::torsion_free, "torsion_free", "geometrically exact Kirchhoff beam without torsion"},
        {beam::Formulation::fixed, "fixed", "does not move; needs neither section nor material"}});
   const bool moves = physics.formulation != beam::Formulation::fixed;
+  const bool with_torsion = physics.formulation == beam::Formulation::simo_reissner;
   v.object(field("section", "cross-section; required unless formulation is fixed").optional(), "Section",
-           [&](Visitor& inner) { describe_section(inner, physics.section); });
+           [&](Visitor& inner) { describe_section(inner, physics.section, with_torsion); });
   v.object(field("material", "linear elastic material; required unless formulation is fixed").optional(), "Material",
-           [&](Visitor& inner) { describe_material(inner, physics.material); });
+           [&](Visitor& inner) { describe_material(inner, physics.material, with_torsion); });
   Ends clamped = Ends::none, pinned = Ends::none;
   v.choice<Ends>(
       field("clamped", "end where position and direction are held; a fiber without ends given is free").optional(),
       clamped, ends_options);
   v.choice<Ends>(field("pinned", "end where the position is held").optional(), pinned, ends_options);
-  v.list_of(field("loads", "loads on each fiber").only("formulation", "torsion_free", moves), "Load", physics.loads,
-            describe_load);
+  v.list_of(field("loads", "loads on each fiber").only("formulation", "torsion_free or simo_reissner", moves), "Load",
+            physics.loads, describe_load);
 
   if (has_start(pinned)) physics.start = beam::EndCondition::pinned;
   if (has_end(pinned)) physics.end = beam::EndCondition::pinned;
