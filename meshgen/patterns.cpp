@@ -1,25 +1,44 @@
 #include "meshgen/patterns.hpp"
 
+#include <cmath>
+
 #include "base/error.hpp"
+#include "base/log.hpp"
 #include "meshgen/curves.hpp"
 
 namespace fbi::meshgen {
 
-void add_group(const cases::FiberGroup& group, Index group_number, mesh::FiberMeshData& fibers) {
+// Relative errors of a fiber's length: worth a warning, and not the curve that was asked for.
+constexpr double coarse = 0.01, too_coarse = 0.1;
+
+void add_group(const cases::FiberGroup& group, Index group_number, mesh::FiberMeshData& fibers,
+               std::vector<std::string>& warnings) {
   const std::string& name = group.physics.name;
-  const double scale = std::max(group.curve.from.cwiseAbs().maxCoeff(), group.curve.to.cwiseAbs().maxCoeff());
-  if (!((group.curve.to - group.curve.from).norm() > 1e-12 * scale)) {
-    throw Error(ExitCode::geometry,
-                "fiber \"" + name +
-                    "\" has zero length: its curve begins and ends at the same point; move \"to\" away from \"from\"");
-  }
   std::vector<CurvePoint> points;
-  for (Index n = 0; n <= group.elements; ++n)
-    points.push_back(point_on(group.curve, static_cast<double>(n) / group.elements));
   std::vector<double> lengths;
-  for (Index e = 0; e < group.elements; ++e) {
-    const CurvePoint &first = points[e], &second = points[e + 1];
-    lengths.push_back(consistent_length(first.position, first.tangent, second.position, second.tangent));
+  try {
+    const std::unique_ptr<CenterLine> line = make_center_line(group.curve);
+    for (Index n = 0; n <= group.elements; ++n) points.push_back(line->at(static_cast<double>(n) / group.elements));
+    double sum = 0.0;
+    for (Index e = 0; e < group.elements; ++e) {
+      const CurvePoint &first = points[e], &second = points[e + 1];
+      lengths.push_back(consistent_length(first.position, first.tangent, second.position, second.tangent));
+      sum += lengths.back();
+    }
+    const double error = sum / line->length() - 1;
+    if (std::abs(error) > coarse) {
+      const std::string line_text =
+          log::format("is %.2g %% %s than its curve: %d element%s too few for it", 100 * std::abs(error),
+                      error < 0 ? "shorter" : "longer", group.elements, group.elements > 1 ? "s are" : " is");
+      if (std::abs(error) > too_coarse) throw Error(ExitCode::geometry, line_text + "; use more \"elements\"");
+      warnings.push_back("fiber \"" + name + "\" " + line_text);
+    }
+    if ((points.back().position - points.front().position).norm() < 1e-9 * line->length())
+      warnings.push_back("fiber \"" + name +
+                         "\" ends where it begins; its two ends do not hold each other, unless "
+                         "\"joints\" join them");
+  } catch (const Error& error) {
+    throw Error(error.code(), "fiber \"" + name + "\" " + error.what());
   }
 
   if (fibers.first_node.empty()) fibers.first_node.push_back(0);

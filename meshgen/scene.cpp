@@ -91,7 +91,7 @@ Scene make_scene(const cases::CaseParameters& parameters, std::vector<std::strin
   std::vector<std::string> errors;
   for (std::size_t group = 0; group < parameters.fibers.size(); ++group) {
     try {
-      add_group(parameters.fibers[group], static_cast<Index>(group), scene.fibers);
+      add_group(parameters.fibers[group], static_cast<Index>(group), scene.fibers, warnings);
     } catch (const Error& error) {
       errors.push_back(error.what());
     }

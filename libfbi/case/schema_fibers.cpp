@@ -12,10 +12,71 @@ namespace {
 enum class Ends { none, start, end, both };
 
 void describe_curve(Visitor& v, mesh::CurveParameters& p) {
-  v.choice<mesh::CurveType>(field("type", "shape of the center line").required("\"line\""), p.type,
-                            {{mesh::CurveType::line, "line", "straight"}});
-  v.vector(field("from", "start of the fiber", "length").required("[0, 0, 0]"), p.from);
-  v.vector(field("to", "end of the fiber", "length").required("[0, 1, 0]"), p.to);
+  using mesh::CurveType;
+  v.choice<CurveType>(
+      field("type", "shape of the center line; nodes stand at equal distances along it").required("\"line\""), p.type,
+      {{CurveType::line, "line", "straight, from `from` to `to`"},
+       {CurveType::arc, "arc",
+        "part of a circle or all of it: `from`, `center`, `normal` and `angle`, or `from`, `through` and `to`"},
+       {CurveType::expression, "expression", "`position` as formulas of a parameter t between `begin` and `end`"},
+       {CurveType::spline, "spline", "smooth (C2, natural cubic spline over the chords) through `points`"}});
+  const bool line = p.type == CurveType::line, arc = p.type == CurveType::arc;
+  const bool formulas = p.type == CurveType::expression, spline = p.type == CurveType::spline;
+  const bool by_angle = v.given("center") || v.given("normal") || v.given("angle");
+  p.through_points = arc && !by_angle;
+  v.vector(field("from", "start of the fiber", "length").required("[0, 0, 0]").only("type", "line or arc", line || arc),
+           p.from);
+  v.vector(field("to", "end of the fiber", "length")
+               .required("[0, 1, 0]")
+               .only("type", "line, or arc given by \"through\"", line || p.through_points || !v.reading(),
+                     arc ? "give either \"through\" and \"to\" or \"center\", \"normal\" and \"angle\"" : ""),
+           p.to);
+  v.vector(field("through", "a point of the arc between its ends", "length")
+               .required("[0.7, 0.3, 0]")
+               .only("type", "arc without \"center\"", p.through_points || !v.reading(),
+                     arc ? "give either \"through\" and \"to\" or \"center\", \"normal\" and \"angle\"" : ""),
+           p.through);
+  const bool by_center = arc && by_angle;
+  v.vector(field("center", "center of the circle; its radius is the distance to `from`", "length")
+               .required("[0, 0, 0]")
+               .only("type", "arc", by_center || !v.reading()),
+           p.center);
+  v.vector(field("normal", "axis of the circle, of any length; the arc turns about it by the right-hand rule")
+               .required("[0, 0, 1]")
+               .only("type", "arc", by_center || !v.reading()),
+           p.normal);
+  v.number(field("angle", "angle of the arc, at most a full circle: 2 pi", "rad")
+               .required("\"pi/2\"")
+               .only("type", "arc", by_center || !v.reading()),
+           p.angle, between(-6.283185307179587, 6.283185307179587));
+  v.formulas(field("position", "x, y, z as formulas of the parameter t, which must be smooth", "length")
+                 .required("[\"cos(t)\", \"sin(t)\", \"t/10\"]")
+                 .only("type", "expression", formulas),
+             p.position);
+  v.number(field("begin", "parameter t at the start").only("type", "expression", formulas), p.begin);
+  v.number(field("end", "parameter t at the end").only("type", "expression", formulas), p.end);
+  v.vectors(field("points", "points on the center line, from its start to its end", "length")
+                .required("[[0, 0, 0], [0.5, 0.1, 0], [1, 0, 0]]")
+                .only("type", "spline", spline),
+            p.points);
+  if (!v.reading() || v.failed("type")) return;
+  if (by_center && !v.failed("angle") && v.given("angle") && p.angle == 0.0)
+    v.error("angle", "must not be 0: the arc would have no length");
+  if (formulas) {
+    for (int i = 0; i < 3; ++i) {
+      const std::string place = "position[" + std::to_string(i) + "]";
+      if (!v.failed(place) && p.position[i].depends_on_space())
+        v.error(place, "\"" + p.position[i].text() + "\": x, y and z are what it gives; write a formula of t alone");
+    }
+    if (!v.failed("begin") && !v.failed("end") && p.begin == p.end)
+      v.error(v.given("end") ? "end" : "begin", "must differ from the other end of the range of t");
+  }
+  if (spline && v.given("points") && !v.failed("points")) {
+    if (p.points.size() < 2) v.error("points", "needs at least 2 points, one for each end");
+    for (std::size_t n = 1; n < p.points.size(); ++n)
+      if (p.points[n] == p.points[n - 1])
+        v.error("points[" + std::to_string(n) + "]", "is the same as the point before it; remove one");
+  }
 }
 
 void describe_array(Visitor& v, mesh::ArrayParameters& p) {

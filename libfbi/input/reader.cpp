@@ -213,6 +213,28 @@ void Reader::integers(const Field& f, std::array<Index, 3>& value, const Range& 
   for (int i = 0; i < 3; ++i) whole(node->items[i], path + "[" + std::to_string(i) + "]", value[i], range);
 }
 
+void Reader::vectors(const Field& f, std::vector<Vec3>& values) {
+  std::string path;
+  const Node* node = take(f, path);
+  if (!node) return;
+  if (node->kind != Node::Kind::list) {
+    complain(*node, path, "must be a list of points [[x, y, z], ...], not " + node->description());
+    return;
+  }
+  for (std::size_t n = 0; n < node->items.size(); ++n) {
+    const Node& item = node->items[n];
+    const std::string place = path + "[" + std::to_string(n) + "]";
+    positions_[place] = item.position;
+    Vec3 value = Vec3::Zero();
+    if (item.kind != Node::Kind::list || item.items.size() != 3) {
+      complain(item, place, "must be a list of 3 numbers [x, y, z], not " + item.description());
+      continue;
+    }
+    for (int i = 0; i < 3; ++i) real(item.items[i], place + "[" + std::to_string(i) + "]", value[i], any_number());
+    values.push_back(value);
+  }
+}
+
 void Reader::formulas(const Field& f, VectorExpression& value) {
   std::string path;
   const Node* node = take_three(f, path, "formulas");

@@ -22,6 +22,7 @@ class Reader final : public Visitor {
   void text(const Field& f, std::string& value) override;
   void vector(const Field& f, Vec3& value, const Range& range) override;
   void integers(const Field& f, std::array<Index, 3>& value, const Range& range) override;
+  void vectors(const Field& f, std::vector<Vec3>& values) override;
   void formulas(const Field& f, VectorExpression& value) override;
   void partial_formulas(const Field& f, std::array<std::optional<Expression>, 3>& value) override;
   void word(const Field& f, std::size_t& chosen, const std::vector<Word>& words) override;

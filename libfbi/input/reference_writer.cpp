@@ -44,6 +44,7 @@ class ReferenceWriter final : public Visitor {
     row(f, "3 whole numbers" + bounds(range),
         three(std::to_string(value[0]), std::to_string(value[1]), std::to_string(value[2])));
   }
+  void vectors(const Field& f, std::vector<Vec3>&) override { row(f, "list of 3 numbers each", ""); }
   void formulas(const Field& f, VectorExpression& value) override {
     row(f, "3 formulas", three(value[0].text(), value[1].text(), value[2].text()));
   }

@@ -50,6 +50,9 @@ class SchemaWriter final : public Visitor {
     if (f.has_default && !f.is_required) schema["default"] = value;
     add(f, schema);
   }
+  void vectors(const Field& f, std::vector<Vec3>&) override {
+    add(f, {{"type", "array"}, {"items", three(number_schema(any_number()))}});
+  }
   void formulas(const Field& f, VectorExpression&) override { add(f, three({{"type", {"number", "string"}}})); }
   void partial_formulas(const Field& f, std::array<std::optional<Expression>, 3>&) override {
     add(f, three({{"type", {"number", "string", "null"}}}));

@@ -97,6 +97,8 @@ class Visitor {
   /// Three numbers.
   virtual void vector(const Field& f, Vec3& value, const Range& range = {}) = 0;
   virtual void integers(const Field& f, std::array<Index, 3>& value, const Range& range = {}) = 0;
+  /// A list of points of three numbers each.
+  virtual void vectors(const Field& f, std::vector<Vec3>& values) = 0;
   /// Three formulas of x, y, z, t.
   virtual void formulas(const Field& f, VectorExpression& value) = 0;
   /// Three formulas; null leaves a component out.

@@ -28,16 +28,30 @@ struct BoxParameters {
   Vec3 size = Vec3::Zero();                    ///< [length]
   std::array<Index, 3> elements = {0, 0, 0};   ///< cells along x, y, z
   std::array<GradingParameters, 3> grading{};  ///< along x, y, z
-  bool general = false;  ///< true: treat as a general hexahedral mesh, the box fast path is not taken (for tests and timing)
+  bool general =
+      false;  ///< true: treat as a general hexahedral mesh, the box fast path is not taken (for tests and timing)
 };
 
-enum class CurveType { line };
+enum class CurveType {
+  line,        ///< from, to
+  arc,         ///< part of a circle, or all of it
+  expression,  ///< formulas of a parameter
+  spline       ///< through points
+};
 
 /// Center line of one fiber, or of the first fiber of an array.
 struct CurveParameters {
   CurveType type = CurveType::line;
-  Vec3 from = Vec3::Zero();  ///< [length]
-  Vec3 to = Vec3::Zero();    ///< [length]
+  Vec3 from = Vec3::Zero();            ///< start of a line or arc [length]
+  Vec3 to = Vec3::Zero();              ///< end of a line, or of an arc through three points [length]
+  bool through_points = false;         ///< the arc is given by from, through, to; else by from, center, normal, angle
+  Vec3 through = Vec3::Zero();         ///< a point of the arc between from and to [length]
+  Vec3 center = Vec3::Zero();          ///< of the arc's circle [length]
+  Vec3 normal = Vec3::Zero();          ///< axis about which the arc turns by the right-hand rule
+  double angle = 0.0;                  ///< by which it turns [rad]
+  input::VectorExpression position{};  ///< x, y, z as formulas of the parameter t [length]
+  double begin = 0.0, end = 1.0;       ///< range of the parameter t
+  std::vector<Vec3> points;            ///< of a spline [length]
 };
 
 /// Copies of a curve: fiber (i,j,k) is moved by (i,j,k)*spacing, componentwise.
