@@ -9,16 +9,41 @@ using namespace input;
 void describe_fluid(Visitor& v, fluid::FluidParameters& p) {
   v.number(field("density", "density rho", "mass/length^3").required("1.0"), p.density, positive());
   v.number(field("viscosity", "dynamic viscosity mu", "mass/(length time)").required("0.004"), p.viscosity, positive());
-  v.choice<fluid::ConvectiveForm>(field("convective_form", "how rho (v.grad) v is written"), p.convective_form,
-                                  {{fluid::ConvectiveForm::advective, "advective", "rho (v.grad) v"},
-                                   {fluid::ConvectiveForm::none, "none", "left out: Stokes flow"}});
-  v.choice<fluid::ViscousResidual>(field("viscous_residual", "div(2 mu eps(v)) in the stabilisation's strong residual"),
+  v.choice<fluid::ConvectiveForm>(
+      field("convective_form", "how rho (v.grad) v is written"), p.convective_form,
+      {{fluid::ConvectiveForm::advective, "advective", "rho (v.grad) v"},
+       {fluid::ConvectiveForm::conservative, "conservative",
+        "rho (v.grad) v + rho v div v: what leaves a cell enters its neighbor"},
+       {fluid::ConvectiveForm::skew, "skew", "rho (v.grad) v + 1/2 rho v div v: convection makes no kinetic energy"},
+       {fluid::ConvectiveForm::none, "none", "left out: Stokes flow"}});
+  v.choice<fluid::PressureStabilization>(
+      field("pressure_stabilization", "what makes equal-order velocity and pressure stable"), p.pressure_stabilization,
+      {{fluid::PressureStabilization::pspg, "pspg", "tau_M grad q against the residual of momentum"},
+       {fluid::PressureStabilization::projection, "projection",
+        "the part of p that is not constant in a cell, over mu (over rho |v| h/6 in fast flow); free of the time "
+        "step"}});
+  const bool residual = p.pressure_stabilization == fluid::PressureStabilization::pspg ||
+                        p.convective_form != fluid::ConvectiveForm::none;
+  v.choice<fluid::ViscousResidual>(field("viscous_residual", "div(2 mu eps(v)) in the stabilisation's strong residual")
+                                       .only("pressure_stabilization", "pspg, or with convection", residual,
+                                             "remove it: without PSPG and SUPG the strong residual is not used"),
                                    p.viscous_residual,
                                    {{fluid::ViscousResidual::full, "full", "with all second derivatives"},
                                     {fluid::ViscousResidual::none, "none", "left out"}});
-  v.choice<fluid::Tau>(
-      field("tau", "stabilisation parameter"), p.tau,
-      {{fluid::Tau::franca_valentin, "franca_valentin", "two local Reynolds numbers, at the cell center"}});
+  v.choice<fluid::Tau>(field("tau", "stabilisation parameters tau_M and tau_C"), p.tau,
+                       {{fluid::Tau::franca_valentin, "franca_valentin", "two local Reynolds numbers"},
+                        {fluid::Tau::whiting_jansen, "whiting_jansen",
+                         "metric tensor G of the cell, tau_C = 1/(tau_M tr G): strong in small time steps"},
+                        {fluid::Tau::taylor_hughes_zarins, "taylor_hughes_zarins",
+                         "metric tensor G of the cell, tau_C = rho sqrt(v.G v)/tr G"}});
+  v.choice<fluid::TauAt>(field("tau_at", "where tau is evaluated"), p.tau_at,
+                         {{fluid::TauAt::center, "center", "at the center of a cell"},
+                          {fluid::TauAt::quadrature_points, "quadrature_points",
+                           "at each of the eight points: slower, eight times the memory of tau"}});
+  v.choice<fluid::TauUpdate>(
+      field("tau_update", "which velocity tau is taken from"), p.tau_update,
+      {{fluid::TauUpdate::step, "step", "the one extrapolated to the new time; kept for the step"},
+       {fluid::TauUpdate::iteration, "iteration", "the present iterate; nonlinear iterations converge linearly"}});
   v.flag(field("tau_time", "time-step term in tau_M"), p.tau_time);
   v.flag(field("grad_div", "stabilisation of div v (tau_C)"), p.grad_div);
   v.formulas(field("body_force", "b(x,y,z,t), an acceleration: the force is rho b", "length/time^2"), p.body_force);

@@ -247,7 +247,7 @@ void FluidField::begin_step(double time, double dt) {
   f.sigma = f.steady() ? 0.0 : 1 / (f.theta * dt);
   f.boundaries.set_time(time);
   f.evaluate_body_force(time);
-  f.cells.set_sigma(f.sigma);
+  f.cells.set_step(f.sigma, f.dt);
   {
     LocalArray u(f.iterate), now(f.accepted), before(f.previous);
     const double ratio = f.accepted_steps >= 2 && !f.steady() ? dt / f.previous_dt : 0.0;
@@ -276,6 +276,7 @@ void FluidField::increment(Vec delta) {
   Implementation& f = *implementation_;
   FBI_PETSC(VecAXPY(f.iterate, 1.0, delta));
   update_ghosts(f.iterate);
+  if (f.parameters.tau_update == TauUpdate::iteration) f.update_tau();
 }
 
 // ---------------------------------------------------------------------------------------------------- equations
@@ -414,6 +415,8 @@ const std::vector<char>& FluidField::is_dirichlet() const { return implementatio
 bool FluidField::pressure_is_free() const { return implementation_->pressure_is_free; }
 const std::vector<double>& FluidField::lumped_volume() const { return implementation_->lumped_volume; }
 const std::vector<double>& FluidField::tau_m() const { return implementation_->cells.tau_pressure(); }
+double FluidField::tau_c(Index cell) const { return implementation_->cells.tau_divergence(cell); }
+double FluidField::pressure_projection(Index cell) const { return implementation_->cells.projection(cell); }
 double FluidField::smallest_cell() const { return implementation_->smallest_cell; }
 
 double FluidField::kinetic_energy() {

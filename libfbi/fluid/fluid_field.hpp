@@ -47,7 +47,8 @@ class FluidField {
 
   Vec iterate();   ///< u_{n+1}^i, ghosts up to date after every member function that changes it
   Vec accepted();  ///< u_n
-  /// Adds an increment (owned part) to the iterate and updates the ghosts. Collective.
+  /// Adds an increment (owned part) to the iterate and updates the ghosts; with `tau_update` iteration tau follows, so
+  /// that residual and tangent of an iterate have the same tau. Collective.
   void increment(Vec delta);
 
   /// r = R(iterate) on owned rows, zero in Dirichlet rows. Collective.
@@ -71,6 +72,10 @@ class FluidField {
   const std::vector<double>& lumped_volume() const;
   /// tau_M of PSPG at each local cell for this step [time/density], shape=(local cells).
   const std::vector<double>& tau_m() const;
+  /// tau_C at a local cell [viscosity].
+  double tau_c(Index cell) const;
+  /// Coefficient of the pressure projection in a local cell, 0 with PSPG [1/viscosity].
+  double pressure_projection(Index cell) const;
   /// (Pressure operator for preconditioning) AIJ matrix of int grad N_a . grad N_b with `coefficient` per local cell,
   /// plus `robin` times `coefficient` times the face mass int N_a N_b / h on open (traction, outflow) faces, h = the
   /// local cell size normal to the face.

@@ -8,10 +8,10 @@
 
 namespace fbi::fluid {
 
-/// Coefficients of a batch that are fixed within a step.
+/// Coefficients of a batch at one point, or at all of them, that are fixed within an iteration.
 struct BatchTau {
   Batch convection;  ///< tau_M of SUPG
-  Batch pressure;    ///< tau_M of PSPG
+  Batch pressure;    ///< tau_M of PSPG, or the coefficient of the pressure projection
   Batch divergence;  ///< tau_C
 };
 
@@ -20,6 +20,10 @@ struct KernelConstants {
   double density = 1.0;
   double viscosity = 1.0;
   double sigma = 0.0;  ///< dv'/dv = 1/(theta dt)
+  // read with Equations::extended
+  double divergence_share = 0.0;  ///< of rho v div v in the convection
+  bool projection = false;        ///< pressure projection in place of PSPG
+  int tau_stride = 0;             ///< 1: tau of every point, 0: the same at all points
 };
 
 /// Velocity and pressure at the points, from corner values f[c][corner bits].
@@ -86,27 +90,54 @@ class FluxIntegral {
   Batch flux_[4][3][8];
 };
 
+template <Equations E>
 inline PointCoefficients<Batch> coefficients(const KernelConstants& constants, const BatchTau& tau) {
-  return {Batch(constants.density), Batch(constants.viscosity), tau.convection, tau.pressure, tau.divergence};
+  PointCoefficients<Batch> c;
+  c.density = Batch(constants.density);
+  c.viscosity = Batch(constants.viscosity);
+  c.tau_convection = tau.convection;
+  c.tau_pressure = tau.pressure;
+  c.tau_divergence = tau.divergence;
+  if constexpr (E.extended) {
+    c.divergence_share = Batch(constants.divergence_share);
+    c.projection = constants.projection ? tau.pressure : Batch(0.0);
+    if (constants.projection) c.tau_pressure = Batch(0.0);
+  }
+  return c;
+}
+
+/// Mean over the cell of a field given at the points.
+template <class Geometry>
+inline Batch cell_mean(const Geometry& geometry, const Batch* value) {
+  Batch sum(0.0), volume(0.0);
+  for (int q = 0; q < 8; ++q) {
+    const Batch weight = typename Geometry::At(geometry, q).weight();
+    sum += weight * value[q];
+    volume += weight;
+  }
+  return sum / volume;
 }
 
 /// Residual of SPEC section 1 on eight cells.
+/// @param tau           of all points, or of each of them, shape=(1) or (8)
 /// @param u             corner values (v, p), shape=(4,8) by corner bits; overwritten
 /// @param acceleration  dv/dt - b - sigma v at the corners, shape=(3,8); overwritten
 /// @param out           shape=(4,8)
-template <class Geometry, bool Convection, bool ViscousResidual>
+template <class Geometry, Equations E>
 [[gnu::flatten]] inline void hex8_residual(const typename Geometry::Cells& cells, const KernelConstants& constants,
-                                           const BatchTau& tau, Batch (*u)[8], Batch (*acceleration)[8],
+                                           const BatchTau* tau, Batch (*u)[8], Batch (*acceleration)[8],
                                            Batch (*out)[8]) {
   const Geometry geometry(cells);
-  const FieldAtPoints<ViscousResidual> field(u);
+  const FieldAtPoints<E.viscous_residual> field(u);
   Batch rest[3][8];
   for (int i = 0; i < 3; ++i) {
     to_modes(acceleration[i]);
     values_at_points(acceleration[i], rest[i]);
   }
-  const PointCoefficients<Batch> c = coefficients(constants, tau);
+  PointCoefficients<Batch> c = coefficients<E>(constants, tau[0]);
   const Batch sigma(constants.sigma);
+  Batch mean(0.0);
+  if (E.extended && constants.projection) mean = cell_mean(geometry, field.pressure);
   FluxIntegral integral;
   for (int q = 0; q < 8; ++q) {
     const typename Geometry::At at(geometry, q);
@@ -114,16 +145,20 @@ template <class Geometry, bool Convection, bool ViscousResidual>
     PointFlux<Batch> flux;
     field.at(at, q, s);
     for (int i = 0; i < 3; ++i) s.acceleration[i] = rest[i][q] + sigma * s.velocity[i];
-    navier_stokes<Convection, ViscousResidual>(s, c, flux);
+    if constexpr (E.extended) {
+      s.pressure_fluctuation = s.pressure - mean;
+      if (constants.tau_stride > 0) c = coefficients<E>(constants, tau[q]);
+    }
+    navier_stokes<E>(s, c, flux);
     integral.set(at, q, flux);
   }
   integral.integrate(out);
 }
 
 /// The state at which a tangent is taken, on eight cells.
-template <class Geometry, bool Convection, bool ViscousResidual>
+template <class Geometry, Equations E>
 struct TangentState {
-  FieldAtPoints<ViscousResidual> field;
+  FieldAtPoints<E.viscous_residual> field;
   Batch rest[3][8];
 
   /// As in hex8_residual. Without convection the equations are linear and the state is not read.
@@ -138,15 +173,16 @@ struct TangentState {
 /// Derivative of hex8_residual in direction x at fixed tau: the same point function on numbers with derivatives.
 /// @param x    direction, corner values (v, p), shape=(4,8); overwritten
 /// @param out  shape=(4,8)
-template <class Geometry, bool Convection, bool ViscousResidual>
+template <class Geometry, Equations E>
 [[gnu::flatten]] inline void hex8_tangent(const typename Geometry::Cells& cells, const KernelConstants& constants,
-                                          const BatchTau& tau,
-                                          const TangentState<Geometry, Convection, ViscousResidual>& state,
-                                          Batch (*x)[8], Batch (*out)[8]) {
+                                          const BatchTau* tau, const TangentState<Geometry, E>& state, Batch (*x)[8],
+                                          Batch (*out)[8]) {
   const Geometry geometry(cells);
-  const FieldAtPoints<ViscousResidual> direction(x);
-  const PointCoefficients<Batch> c = coefficients(constants, tau);
+  const FieldAtPoints<E.viscous_residual> direction(x);
+  PointCoefficients<Batch> c = coefficients<E>(constants, tau[0]);
   const Batch sigma(constants.sigma);
+  Batch mean(0.0);
+  if (E.extended && constants.projection) mean = cell_mean(geometry, direction.pressure);
   FluxIntegral integral;
   for (int q = 0; q < 8; ++q) {
     const typename Geometry::At at(geometry, q);
@@ -163,11 +199,15 @@ template <class Geometry, bool Convection, bool ViscousResidual>
       for (int j = 0; j < 3; ++j) dual.gradient[i][j] = {s.gradient[i][j], ds.gradient[i][j]};
       dual.pressure_gradient[i] = {s.pressure_gradient[i], ds.pressure_gradient[i]};
       dual.acceleration[i] = {s.acceleration[i], ds.acceleration[i]};
-      if constexpr (ViscousResidual) dual.viscous[i] = {s.viscous[i], ds.viscous[i]};
+      if constexpr (E.viscous_residual) dual.viscous[i] = {s.viscous[i], ds.viscous[i]};
     }
     dual.pressure = {s.pressure, ds.pressure};
+    if constexpr (E.extended) {
+      dual.pressure_fluctuation = {s.pressure, ds.pressure - mean};  // linear: the value is not needed
+      if (constants.tau_stride > 0) c = coefficients<E>(constants, tau[q]);
+    }
     PointFlux<Dual<Batch>> dual_flux;
-    navier_stokes<Convection, ViscousResidual>(dual, c, dual_flux);
+    navier_stokes<E>(dual, c, dual_flux);
     PointFlux<Batch> flux;
     for (int i = 0; i < 3; ++i) {
       flux.w[i] = dual_flux.w[i].derivative;

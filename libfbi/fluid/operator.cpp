@@ -24,10 +24,15 @@ Operator::Operator(const mesh::HexMesh& mesh, const FluidParameters& parameters)
     : mesh_(mesh), parameters_(parameters) {
   constants_.density = parameters.density;
   constants_.viscosity = parameters.viscosity;
+  if (parameters.convective_form == ConvectiveForm::conservative) constants_.divergence_share = 1.0;
+  if (parameters.convective_form == ConvectiveForm::skew) constants_.divergence_share = 0.5;
+  constants_.projection = parameters.pressure_stabilization == PressureStabilization::projection;
+  constants_.tau_stride = parameters.tau_at == TauAt::quadrature_points ? 1 : 0;
+  extended_ = constants_.divergence_share > 0 || constants_.projection || constants_.tau_stride > 0;
   const Index cells = mesh.local_cells();
   const Index count = (cells + batch_size - 1) / batch_size;
   batches_.resize(count);
-  tau_.assign(count, BatchTau{Batch(0.0), Batch(0.0), Batch(0.0)});
+  tau_.assign(static_cast<std::size_t>(count) * taus_of_batch(), BatchTau{Batch(0.0), Batch(0.0), Batch(0.0)});
   tau_pressure_.assign(cells, 0.0);
   volume_.resize(cells);
   inverse_jacobian_.resize(9 * static_cast<std::size_t>(cells));
@@ -75,7 +80,7 @@ Operator::Operator(const mesh::HexMesh& mesh, const FluidParameters& parameters)
         for (int i = 0; i < 3; ++i) inverse_jacobian_[9 * static_cast<std::size_t>(cell) + 3 * d + i] = inverse(d, i);
     }
   }
-  dispatch([&]<class Geometry, bool Convection, bool ViscousResidual>() {
+  dispatch([&]<class Geometry, Equations E>() {
     for (Index b = 0; b < count; ++b) {
       const Geometry geometry(this->geometry<Geometry>()[b]);
       Batch sum(0.0);
@@ -87,17 +92,22 @@ Operator::Operator(const mesh::HexMesh& mesh, const FluidParameters& parameters)
 
 template <class Action>
 void Operator::dispatch(const Action& action) const {
-  const bool convection = parameters_.convective_form == ConvectiveForm::advective;
   const bool viscous = parameters_.viscous_residual == ViscousResidual::full;
-  const auto with_geometry = [&]<class Geometry>() {
-    if (convection && viscous)
-      action.template operator()<Geometry, true, true>();
-    else if (convection)
-      action.template operator()<Geometry, true, false>();
-    else if (viscous)
-      action.template operator()<Geometry, false, true>();
+  const auto with_options = [&]<class Geometry, bool Convection, bool Extended>() {
+    if (viscous)
+      action.template operator()<Geometry, Equations{Convection, true, Extended}>();
     else
-      action.template operator()<Geometry, false, false>();
+      action.template operator()<Geometry, Equations{Convection, false, Extended}>();
+  };
+  const auto with_geometry = [&]<class Geometry>() {
+    if (convection() && extended_)
+      with_options.template operator()<Geometry, true, true>();
+    else if (convection())
+      with_options.template operator()<Geometry, true, false>();
+    else if (extended_)
+      with_options.template operator()<Geometry, false, true>();
+    else
+      with_options.template operator()<Geometry, false, false>();
   };
   if (!box_.empty())
     with_geometry.template operator()<BoxGeometry>();
@@ -129,53 +139,92 @@ void Operator::center_velocity(Index cell, const double* u, double* velocity) co
   }
 }
 
+CellTau Operator::tau_of(const double* k, const double* v, double max_speed, const double* xi, double length) const {
+  const double speed = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+  CellTau tau;
+  if (parameters_.tau == Tau::franca_valentin) {
+    double direction[3] = {1, 0, 0};
+    if (speed > 1e-8 * max_speed && speed > 0)
+      for (int i = 0; i < 3; ++i) direction[i] = v[i] / speed;
+    const double h = xi == nullptr ? streamline_length(k, direction) : streamline_length(k, direction, xi);
+    const double sigma = parameters_.tau_time ? constants_.sigma : 0.0;
+    tau = franca_valentin(parameters_.density, parameters_.viscosity, sigma, speed, h, length);
+  } else {
+    const double rate = parameters_.tau_time && dt_ > 0 ? 2 / dt_ : 0.0;
+    const Metric metric = cell_metric(k, v);
+    tau = parameters_.tau == Tau::whiting_jansen
+              ? whiting_jansen(parameters_.density, parameters_.viscosity, rate, metric)
+              : taylor_hughes_zarins(parameters_.density, parameters_.viscosity, rate, metric);
+  }
+  if (!parameters_.grad_div) tau.divergence = 0;
+  return tau;
+}
+
+CellTau Operator::tau_at_point(Index cell, int q, const double* u, double max_speed) const {
+  const Index* nodes = &mesh_.cells[8 * static_cast<std::size_t>(cell)];
+  const Vec3 xi = gauss_scale * Vec3((q & 1) != 0 ? 1 : -1, (q & 2) != 0 ? 1 : -1, (q & 4) != 0 ? 1 : -1);
+  const std::array<double, 8> shape = fem::hex8_shape(xi);
+  const Eigen::Matrix<double, 8, 3> slope = fem::hex8_gradient(xi);
+  Mat3 jacobian = Mat3::Zero();
+  double v[3] = {0, 0, 0};
+  for (int a = 0; a < 8; ++a) {
+    jacobian += Eigen::Map<const Vec3>(mesh_.node(nodes[a])) * slope.row(a);
+    if (convection())
+      for (int i = 0; i < 3; ++i) v[i] += shape[a] * u[4 * static_cast<std::size_t>(nodes[a]) + i];
+  }
+  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> k = jacobian.inverse();
+  return tau_of(k.data(), v, max_speed, xi.data(), std::cbrt(volume_[cell]));
+}
+
 void Operator::update_tau(const double* u, double max_speed) {
-  const bool convection = parameters_.convective_form == ConvectiveForm::advective;
-  const double sigma = parameters_.tau_time ? constants_.sigma : 0.0;
   const Index count = static_cast<Index>(batches_.size());
+  const bool points = constants_.tau_stride > 0;
   for (Index b = 0; b < count; ++b)
     for (int lane = 0; lane < batch_size; ++lane) {
       const Index cell = b * batch_size + std::min(lane, batches_[b].lanes - 1);
       double v[3] = {0, 0, 0};
-      if (convection) center_velocity(cell, u, v);
-      const double speed = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-      double direction[3] = {1, 0, 0};
-      if (speed > 1e-8 * max_speed && speed > 0)
-        for (int i = 0; i < 3; ++i) direction[i] = v[i] / speed;
-      const double h = streamline_length(&inverse_jacobian_[9 * static_cast<std::size_t>(cell)], direction);
-      CellTau tau =
-          franca_valentin(parameters_.density, parameters_.viscosity, sigma, speed, h, std::cbrt(volume_[cell]));
-      if (!parameters_.grad_div) tau.divergence = 0;
-      tau_[b].convection.set(lane, tau.convection);
-      tau_[b].pressure.set(lane, tau.pressure);
-      tau_[b].divergence.set(lane, tau.divergence);
-      tau_pressure_[cell] = tau.pressure;
+      if (convection()) center_velocity(cell, u, v);
+      const double length = std::cbrt(volume_[cell]);
+      const double projection = constants_.projection
+                                    ? projection_coefficient(parameters_.density, parameters_.viscosity,
+                                                             std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]), length)
+                                    : 0.0;
+      const auto store = [&](BatchTau& batch, const CellTau& tau) {
+        batch.convection.set(lane, tau.convection);
+        batch.pressure.set(lane, constants_.projection ? projection : tau.pressure);
+        batch.divergence.set(lane, tau.divergence);
+      };
+      const CellTau center =
+          tau_of(&inverse_jacobian_[9 * static_cast<std::size_t>(cell)], v, max_speed, nullptr, length);
+      tau_pressure_[cell] = center.pressure;
+      if (!points) store(tau(b)[0], center);
+      for (int q = 0; points && q < 8; ++q) store(tau(b)[q], tau_at_point(cell, q, u, max_speed));
     }
 }
 
 void Operator::add_residual(const double* u, const double* rest, double* r) const {
-  dispatch([&]<class Geometry, bool Convection, bool ViscousResidual>() {
+  dispatch([&]<class Geometry, Equations E>() {
     const auto& cells = this->geometry<Geometry>();
     for (std::size_t b = 0; b < batches_.size(); ++b) {
       Batch state[4][8], acceleration[4][8], out[4][8];
       gather(batches_[b], u, state);
       gather(batches_[b], rest, acceleration);
-      hex8_residual<Geometry, Convection, ViscousResidual>(cells[b], constants_, tau_[b], state, acceleration, out);
+      hex8_residual<Geometry, E>(cells[b], constants_, tau(b), state, acceleration, out);
       scatter(batches_[b], out, r);
     }
   });
 }
 
 void Operator::add_tangent(const double* u, const double* rest, const double* x, double* y) const {
-  dispatch([&]<class Geometry, bool Convection, bool ViscousResidual>() {
+  dispatch([&]<class Geometry, Equations E>() {
     const auto& cells = this->geometry<Geometry>();
     for (std::size_t b = 0; b < batches_.size(); ++b) {
       Batch values[4][8], acceleration[4][8], direction[4][8], out[4][8];
       gather(batches_[b], u, values);
       gather(batches_[b], rest, acceleration);
       gather(batches_[b], x, direction);
-      const TangentState<Geometry, Convection, ViscousResidual> state(values, acceleration);
-      hex8_tangent<Geometry, Convection, ViscousResidual>(cells[b], constants_, tau_[b], state, direction, out);
+      const TangentState<Geometry, E> state(values, acceleration);
+      hex8_tangent<Geometry, E>(cells[b], constants_, tau(b), state, direction, out);
       scatter(batches_[b], out, y);
     }
   });
@@ -183,19 +232,19 @@ void Operator::add_tangent(const double* u, const double* rest, const double* x,
 
 void Operator::visit_tangents(const double* u, const double* rest,
                               const std::function<void(Index, const ElementMatrix&)>& visit) const {
-  dispatch([&]<class Geometry, bool Convection, bool ViscousResidual>() {
+  dispatch([&]<class Geometry, Equations E>() {
     const auto& cells = this->geometry<Geometry>();
     std::vector<ElementMatrix> matrices(batch_size);
     for (std::size_t b = 0; b < batches_.size(); ++b) {
       Batch values[4][8], acceleration[4][8], direction[4][8], out[4][8];
       gather(batches_[b], u, values);
       gather(batches_[b], rest, acceleration);
-      const TangentState<Geometry, Convection, ViscousResidual> state(values, acceleration);
+      const TangentState<Geometry, E> state(values, acceleration);
       for (int column = 0; column < 32; ++column) {
         for (int c = 0; c < 4; ++c)
           for (int a = 0; a < 8; ++a)
             direction[c][a] = Batch(c == column % 4 && corner_of_bits[a] == column / 4 ? 1.0 : 0.0);
-        hex8_tangent<Geometry, Convection, ViscousResidual>(cells[b], constants_, tau_[b], state, direction, out);
+        hex8_tangent<Geometry, E>(cells[b], constants_, tau(b), state, direction, out);
         for (int c = 0; c < 4; ++c)
           for (int a = 0; a < 8; ++a)
             for (int lane = 0; lane < batches_[b].lanes; ++lane)
@@ -208,7 +257,7 @@ void Operator::visit_tangents(const double* u, const double* rest,
 }
 
 void Operator::visit_laplacians(const std::function<void(Index, const ScalarMatrix&)>& visit) const {
-  dispatch([&]<class Geometry, bool Convection, bool ViscousResidual>() {
+  dispatch([&]<class Geometry, Equations E>() {
     const auto& cells = this->geometry<Geometry>();
     for (std::size_t b = 0; b < batches_.size(); ++b) {
       const Geometry geometry(cells[b]);
@@ -244,7 +293,7 @@ void Operator::visit_laplacians(const std::function<void(Index, const ScalarMatr
 }
 
 void Operator::add_lumped_volume(double* volume) const {
-  dispatch([&]<class Geometry, bool Convection, bool ViscousResidual>() {
+  dispatch([&]<class Geometry, Equations E>() {
     const auto& cells = this->geometry<Geometry>();
     for (std::size_t b = 0; b < batches_.size(); ++b) {
       const Geometry geometry(cells[b]);
@@ -263,7 +312,7 @@ void Operator::add_lumped_volume(double* volume) const {
 
 double Operator::velocity_squared(const double* u) const {
   double total = 0;
-  dispatch([&]<class Geometry, bool Convection, bool ViscousResidual>() {
+  dispatch([&]<class Geometry, Equations E>() {
     const auto& cells = this->geometry<Geometry>();
     for (std::size_t b = 0; b < batches_.size(); ++b) {
       const Geometry geometry(cells[b]);
@@ -283,7 +332,7 @@ double Operator::velocity_squared(const double* u) const {
 
 double Operator::add_divergence(const double* u, double* divergence) const {
   double total = 0;
-  dispatch([&]<class Geometry, bool Convection, bool ViscousResidual>() {
+  dispatch([&]<class Geometry, Equations E>() {
     const auto& cells = this->geometry<Geometry>();
     for (std::size_t b = 0; b < batches_.size(); ++b) {
       const Geometry geometry(cells[b]);

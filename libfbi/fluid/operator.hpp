@@ -8,6 +8,7 @@
 
 #include "fluid/hex8_kernel.hpp"
 #include "fluid/parameters.hpp"
+#include "fluid/stabilization.hpp"
 #include "mesh/hex_mesh.hpp"
 
 namespace fbi::fluid {
@@ -19,9 +20,12 @@ class Operator {
  public:
   Operator(const mesh::HexMesh& mesh, const FluidParameters& parameters);
 
-  /// 1/(theta dt) of the step [1/time].
-  void set_sigma(double sigma) { constants_.sigma = sigma; }
-  /// tau at every cell from the velocity at its center (SPEC section 1).
+  /// 1/(theta dt) of the step [1/time], and dt [time] (0: steady).
+  void set_step(double sigma, double dt) {
+    constants_.sigma = sigma;
+    dt_ = dt;
+  }
+  /// tau at every cell (or point) from the velocity there (SPEC section 1).
   /// @param u          nodal values
   /// @param max_speed  largest nodal |v| of the whole mesh: cells below 1e-8 of it take e_x as streamline [length/time]
   void update_tau(const double* u, double max_speed);
@@ -49,7 +53,14 @@ class Operator {
   /// Largest sum_d |K_d . v|/2 at a cell center of this rank (on boxes sum_i |v_i|/h_i) [1/time].
   double largest_rate(const double* u) const;
 
+  /// tau_M of PSPG at the cell centers, shape=(cells) [time/density].
   const std::vector<double>& tau_pressure() const { return tau_pressure_; }
+  /// tau_C of a cell (of its first point where tau is taken at the points) [viscosity].
+  double tau_divergence(Index cell) const { return tau(cell / fem::batch_size)->divergence[cell % fem::batch_size]; }
+  /// Coefficient of the pressure projection in a cell, 0 with PSPG [1/viscosity].
+  double projection(Index cell) const {
+    return constants_.projection ? tau(cell / fem::batch_size)->pressure[cell % fem::batch_size] : 0.0;
+  }
   /// Cell volumes, shape=(cells) [length^3].
   const std::vector<double>& volume() const { return volume_; }
   bool is_box() const { return !box_.empty(); }
@@ -66,10 +77,18 @@ class Operator {
   void gather(const CellBatch& batch, const double* array, Batch (*out)[8]) const;
   void scatter(const CellBatch& batch, const Batch (*in)[8], double* array) const;
   void center_velocity(Index cell, const double* u, double* velocity) const;
+  bool convection() const { return parameters_.convective_form != ConvectiveForm::none; }
+  int taus_of_batch() const { return constants_.tau_stride > 0 ? 8 : 1; }
+  const BatchTau* tau(std::size_t batch) const { return &tau_[batch * taus_of_batch()]; }
+  BatchTau* tau(std::size_t batch) { return &tau_[batch * taus_of_batch()]; }
+  CellTau tau_of(const double* k, const double* v, double max_speed, const double* xi, double length) const;
+  CellTau tau_at_point(Index cell, int q, const double* u, double max_speed) const;
 
   const mesh::HexMesh& mesh_;
   FluidParameters parameters_;
   KernelConstants constants_;
+  bool extended_ = false;  // some option needs Equations::extended
+  double dt_ = 0.0;
   std::vector<CellBatch> batches_;
   std::vector<BoxCells> box_;
   std::vector<GeneralCells> general_;

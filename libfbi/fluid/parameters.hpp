@@ -11,9 +11,12 @@
 
 namespace fbi::fluid {
 
-enum class ConvectiveForm { advective, none };
+enum class ConvectiveForm { advective, conservative, skew, none };
 enum class ViscousResidual { full, none };
-enum class Tau { franca_valentin };
+enum class Tau { franca_valentin, whiting_jansen, taylor_hughes_zarins };
+enum class TauAt { center, quadrature_points };
+enum class TauUpdate { step, iteration };
+enum class PressureStabilization { pspg, projection };
 
 struct FluidParameters {
   double density = 1.0;    ///< rho [mass/length^3]
@@ -23,6 +26,9 @@ struct FluidParameters {
   Tau tau = Tau::franca_valentin;
   bool tau_time = true;  ///< time-step term in tau_M
   bool grad_div = true;  ///< tau_C term
+  TauAt tau_at = TauAt::center;
+  TauUpdate tau_update = TauUpdate::step;  ///< from the extrapolated velocity, or from every iterate
+  PressureStabilization pressure_stabilization = PressureStabilization::pspg;
   input::VectorExpression body_force{};        ///< b [length/time^2], an acceleration: the force is rho b
   input::VectorExpression initial_velocity{};  ///< v(t=0) [length/time]
 };

@@ -29,6 +29,13 @@ inline Dual<T> operator*(const T& a, const Dual<T>& b) {
   return {a * b.value, a * b.derivative};
 }
 
+/// Which terms the compiler leaves out of the equations.
+struct Equations {
+  bool convection;        ///< with the convective terms and SUPG; without them: Stokes
+  bool viscous_residual;  ///< with the viscous part of r_M
+  bool extended;          ///< with the terms of div v in the convection, the pressure projection and tau by point
+};
+
 /// What the equations need to know at a point. T: number type (values, or values with derivatives).
 template <class T>
 struct PointState {
@@ -38,6 +45,7 @@ struct PointState {
   T pressure_gradient[3];  ///< [force/volume]
   T acceleration[3];       ///< dv/dt - b [length/time^2]
   T viscous[3];            ///< lap v + grad div v [1/(length time)]
+  T pressure_fluctuation;  ///< p minus its cell mean [force/area]; read with `extended`
 };
 
 /// Coefficients that are fixed within a step. B: number type without derivatives.
@@ -48,6 +56,9 @@ struct PointCoefficients {
   B tau_convection;  ///< tau_M of SUPG [time/density]
   B tau_pressure;    ///< tau_M of PSPG [time/density]
   B tau_divergence;  ///< tau_C of grad-div [viscosity]
+  // read with `extended`
+  B divergence_share;  ///< share of rho v div v in the convection: 0 advective, 1/2 skew, 1 conservative
+  B projection;        ///< coefficient of the pressure projection [1/viscosity]
 };
 
 /// What is integrated against w, grad w, q and grad q.
@@ -59,35 +70,40 @@ struct PointFlux {
   T grad_q[3];
 };
 
-/// The weak form of SPEC section 1 (advective form) at one point, left-hand side minus body force:
-///   w: rho (dv/dt - b + (v.grad) v);  grad w: 2 mu eps(v) - p I + tau_C div v I + tau_M rho r_M (x) v;
-///   q: div v;  grad q: tau_M r_M;  r_M = rho (dv/dt - b + (v.grad) v) + grad p - mu (lap v + grad div v).
-/// @tparam Convection       with the convective terms and SUPG; without them: Stokes
-/// @tparam ViscousResidual  with the viscous part of r_M
-template <bool Convection, bool ViscousResidual, class T, class B>
+/// The weak form of SPEC section 1 at one point, left-hand side minus body force:
+///   w: rho (dv/dt - b + (v.grad) v + s v div v);  grad w: 2 mu eps(v) - p I + tau_C div v I + tau_M rho r_M (x) v;
+///   q: div v + c (p - Pi p);  grad q: tau_M r_M;  r_M = rho (dv/dt - b + (v.grad) v) + grad p - mu (lap v + grad div
+///   v),
+/// with s the divergence share, Pi the cell mean and c the coefficient of the pressure projection (Dohrmann and Bochev
+/// 2004), which takes the place of tau_M in grad q. r_M is that of the advective form always: the other forms differ by
+/// a term that is zero for the solution.
+template <Equations E, class T, class B>
 inline void navier_stokes(const PointState<T>& s, const PointCoefficients<B>& c, PointFlux<T>& flux) {
   const T divergence = s.gradient[0][0] + s.gradient[1][1] + s.gradient[2][2];
   T residual[3];
   for (int i = 0; i < 3; ++i) {
     T inertia = s.acceleration[i];
-    if constexpr (Convection)
+    if constexpr (E.convection)
       inertia = inertia + s.velocity[0] * s.gradient[i][0] + s.velocity[1] * s.gradient[i][1] +
                 s.velocity[2] * s.gradient[i][2];
     flux.w[i] = c.density * inertia;
     residual[i] = flux.w[i] + s.pressure_gradient[i];
-    if constexpr (ViscousResidual) residual[i] = residual[i] - c.viscosity * s.viscous[i];
+    if constexpr (E.viscous_residual) residual[i] = residual[i] - c.viscosity * s.viscous[i];
     flux.grad_q[i] = c.tau_pressure * residual[i];
+    if constexpr (E.extended && E.convection)
+      flux.w[i] = flux.w[i] + (c.density * c.divergence_share) * (divergence * s.velocity[i]);
   }
   const T isotropic = c.tau_divergence * divergence - s.pressure;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) flux.grad_w[i][j] = c.viscosity * (s.gradient[i][j] + s.gradient[j][i]);
     flux.grad_w[i][i] = flux.grad_w[i][i] + isotropic;
-    if constexpr (Convection) {
+    if constexpr (E.convection) {
       const T scaled = (c.density * c.tau_convection) * residual[i];
       for (int j = 0; j < 3; ++j) flux.grad_w[i][j] = flux.grad_w[i][j] + scaled * s.velocity[j];
     }
   }
   flux.q = divergence;
+  if constexpr (E.extended) flux.q = flux.q + c.projection * s.pressure_fluctuation;
 }
 
 inline double negative_part(double x) { return x < 0 ? x : 0.0; }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fem/hex8.hpp"
+
 namespace fbi::fluid {
 
 CellTau franca_valentin(double density, double viscosity, double sigma, double speed, double streamline_length,
@@ -29,6 +31,50 @@ double streamline_length(const double* k, const double* e) {
   const double sum = 0.25 * (std::abs(x[0] + x[1] + x[2]) + std::abs(x[0] + x[1] - x[2]) +
                              std::abs(x[0] - x[1] + x[2]) + std::abs(x[0] - x[1] - x[2]));
   return 2 / sum;
+}
+
+double streamline_length(const double* k, const double* e, const double* xi) {
+  const Eigen::Matrix<double, 8, 3> slope = fem::hex8_gradient(Vec3(xi[0], xi[1], xi[2]));
+  double along[3];  // dxi_d along e
+  for (int d = 0; d < 3; ++d) along[d] = k[3 * d] * e[0] + k[3 * d + 1] * e[1] + k[3 * d + 2] * e[2];
+  double sum = 0;
+  for (int a = 0; a < 8; ++a) sum += std::abs(slope(a, 0) * along[0] + slope(a, 1) * along[1] + slope(a, 2) * along[2]);
+  return 2 / sum;
+}
+
+Metric cell_metric(const double* k, const double* v) {
+  Metric metric{0, 0, 0};
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      const double g = k[i] * k[j] + k[3 + i] * k[3 + j] + k[6 + i] * k[6 + j];
+      metric.advection += v[i] * g * v[j];
+      metric.square += g * g;
+      if (i == j) metric.trace += g;
+    }
+  return metric;
+}
+
+namespace {
+
+double tau_of_metric(double density, double viscosity, double rate, const Metric& metric) {
+  return 1 /
+         std::sqrt(density * density * (rate * rate + metric.advection) + 36 * viscosity * viscosity * metric.square);
+}
+
+}  // namespace
+
+CellTau whiting_jansen(double density, double viscosity, double rate, const Metric& metric) {
+  const double tau = tau_of_metric(density, viscosity, rate, metric);
+  return {tau, tau, 1 / (tau * metric.trace)};
+}
+
+CellTau taylor_hughes_zarins(double density, double viscosity, double rate, const Metric& metric) {
+  const double tau = tau_of_metric(density, viscosity, rate, metric);
+  return {tau, tau, density * std::sqrt(metric.advection) / metric.trace};
+}
+
+double projection_coefficient(double density, double viscosity, double speed, double cell_length) {
+  return 1 / std::max(viscosity, density * speed * cell_length / 6);
 }
 
 }  // namespace fbi::fluid

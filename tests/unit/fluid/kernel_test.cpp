@@ -148,6 +148,35 @@ TEST(FluidKernel, ViscousResidualOfATrilinearFieldIsSymbolic) {
   }
 }
 
+// The cell x = xi, y = eta, z = zeta (1 + a xi), xi, eta, zeta in [0,1], is no parallelepiped; f = zeta = z/(1 + a x)
+// is trilinear on it and has f_xx = 2 a^2 z/(1 + a x)^3, f_xz = -a/(1 + a x)^2. With v = (A, B, C) f: lap v + grad div
+// v = (2 A f_xx + C f_xz, B f_xx, C f_xx + A f_xz).
+TEST(FluidKernel, ViscousResidualOnADistortedCellIsSymbolic) {
+  const double slope = 0.7, factor[3] = {1.5, -2, 0.8};
+  Corners x;
+  for (int a = 0; a < 8; ++a) {
+    for (int i = 0; i < 3; ++i) x(i, a) = 0.5 + 0.5 * fem::hex8_corners[a][i];
+    x(2, a) *= 1 + slope * x(0, a);
+  }
+  const GeneralCells cells = general_cells([&](int) { return x; });
+  Batch f[4][8];
+  for (int b = 0; b < 8; ++b)
+    for (int i = 0; i < 4; ++i)
+      f[i][b] = Batch(i < 3 ? factor[i] * (0.5 + 0.5 * fem::hex8_corners[corner_of_bits[b]][2]) : 0.0);
+  const GeneralGeometry geometry(cells);
+  const FieldAtPoints<true> field(f);
+  for (int q = 0; q < 8; ++q) {
+    PointState<Batch> s;
+    field.at(GeneralGeometry::At(geometry, q), q, s);
+    const Vec3 p = Vec3::Constant(0.5) + 0.5 * gauss_point(q);
+    const double stretch = 1 + slope * p[0];
+    const double xx = 2 * slope * slope * p[2] / (stretch * stretch), xz = -slope / (stretch * stretch);
+    EXPECT_NEAR(s.viscous[0][0], 2 * factor[0] * xx + factor[2] * xz, 1e-13);
+    EXPECT_NEAR(s.viscous[1][3], factor[1] * xx, 1e-13);
+    EXPECT_NEAR(s.viscous[2][7], factor[2] * xx + factor[0] * xz, 1e-13);
+  }
+}
+
 // Integrals of a flux that is constant: out_a = w int N_a + F . int grad N_a, by the plain formula.
 TEST(FluidKernel, FluxIntegralsMatchThePlainSum) {
   const GeneralCells cells = general_cells(skewed);
