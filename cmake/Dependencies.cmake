@@ -16,6 +16,15 @@ find_path(SUITESPARSE_INCLUDE cholmod.h PATH_SUFFIXES suitesparse REQUIRED)
 find_library(CHOLMOD_LIBRARY cholmod REQUIRED)
 find_library(UMFPACK_LIBRARY umfpack REQUIRED)
 
+# gmsh reads mesh files, in fbi-gen alone.
+if(FBI_GMSH)
+  find_path(GMSH_INCLUDE gmsh.h)
+  find_library(GMSH_LIBRARY gmsh)
+  if(NOT GMSH_INCLUDE OR NOT GMSH_LIBRARY)
+    message(FATAL_ERROR "gmsh is needed to read mesh files: install libgmsh-dev, or configure with -DFBI_GMSH=OFF for a fbi-gen that cannot read them")
+  endif()
+endif()
+
 add_library(fbi_options INTERFACE)
 target_include_directories(fbi_options INTERFACE ${PROJECT_SOURCE_DIR}/libfbi ${PROJECT_SOURCE_DIR})
 target_compile_definitions(fbi_options INTERFACE OMPI_SKIP_MPICXX)

@@ -10,6 +10,7 @@
 #include "base/types.hpp"
 #include "fem/hex8.hpp"
 #include "fem/line_shapes.hpp"
+#include "search/tree.hpp"
 
 namespace fbi::meshgen {
 namespace {
@@ -21,6 +22,26 @@ Vec3 point_at(const mesh::FiberMeshData& fibers, GlobalIndex first, double lengt
   const std::array<double, 4> h = fem::hermite(xi);
   return h[0] * node(fibers.position, first) + 0.5 * length * h[1] * node(fibers.tangent, first) +
          h[2] * node(fibers.position, first + 1) + 0.5 * length * h[3] * node(fibers.tangent, first + 1);
+}
+
+/// True when a cell holds the point, by Newton's method on x(xi) = point from the middle of the cell.
+bool holds(const mesh::HexMeshData& mesh, GlobalIndex cell, const Vec3& point) {
+  Eigen::Matrix<double, 3, 8> corners;
+  for (int a = 0; a < 8; ++a) corners.col(a) = node(mesh.nodes, mesh.cells[8 * cell + a]);
+  Vec3 xi = Vec3::Zero();
+  for (int iteration = 0; iteration < 40; ++iteration) {
+    const std::array<double, 8> shape = fem::hex8_shape(xi);
+    const Vec3 residual = point - corners * Eigen::Map<const Eigen::Matrix<double, 8, 1>>(shape.data());
+    const Mat3 jacobian = corners * fem::hex8_gradient(xi);
+    if (!(jacobian.determinant() > 0.0)) return false;
+    Vec3 step = jacobian.inverse() * residual;
+    const double length = step.cwiseAbs().maxCoeff();
+    if (length > 1.0) step /= length;
+    xi += step;
+    if (xi.cwiseAbs().maxCoeff() > 4.0) return false;
+    if (length < 1e-10) return xi.cwiseAbs().maxCoeff() <= 1.0 + 2e-9;
+  }
+  return false;
 }
 
 /// Squared distance of the segments p + s u and q + t v, s and t in [0, 1].
@@ -122,6 +143,42 @@ std::vector<OutsideFiber> fibers_outside(const mesh::FiberMeshData& fibers, cons
     if (found.face.empty()) continue;
     found.share = outside / total;
     result.push_back(found);
+  }
+  return result;
+}
+
+std::vector<OutsideFiber> fibers_outside(const mesh::FiberMeshData& fibers, const mesh::HexMeshData& mesh) {
+  constexpr int samples = 16;
+  std::vector<OutsideFiber> result;
+  if (fibers.fiber_count() == 0) return result;
+  std::vector<search::Aabb> boxes(mesh.cell_count());
+  for (GlobalIndex cell = 0; cell < mesh.cell_count(); ++cell) {
+    for (int a = 0; a < 8; ++a) boxes[cell].include(&mesh.nodes[3 * mesh.cells[8 * cell + a]]);
+    boxes[cell].inflate(1e-8 * boxes[cell].size());
+  }
+  const search::Tree tree(boxes);
+  std::vector<Index> near;
+  const auto inside = [&](const Vec3& x) {
+    search::Aabb point;
+    point.include(x.data());
+    near.clear();
+    tree.overlapping(point, near);
+    return std::any_of(near.begin(), near.end(), [&](Index cell) { return holds(mesh, cell, x); });
+  };
+  for (GlobalIndex fiber = 0; fiber < fibers.fiber_count(); ++fiber) {
+    OutsideFiber found;
+    found.fiber = fiber;
+    GlobalIndex out = 0, all = 0;
+    for (GlobalIndex n = fibers.first_node[fiber]; n + 1 < fibers.first_node[fiber + 1]; ++n) {
+      for (int i = 0; i <= samples; ++i) {
+        const Vec3 x = point_at(fibers, n, fibers.element_length[n - fiber], 2.0 * i / samples - 1.0);
+        ++all;
+        if (inside(x)) continue;
+        if (out++ == 0) found.place = x;
+      }
+    }
+    found.share = static_cast<double>(out) / static_cast<double>(all);
+    if (out > 0) result.push_back(found);
   }
   return result;
 }

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "base/types.hpp"
 #include "mesh/mesh_data.hpp"
 #include "mesh/parameters.hpp"
 
@@ -16,14 +17,19 @@ double smallest_jacobian(const mesh::HexMeshData& mesh);
 /// A fiber that reaches out of the channel.
 struct OutsideFiber {
   GlobalIndex fiber = 0;
-  double distance = 0.0;  ///< farthest it reaches beyond a face [length]
-  std::string face;       ///< that face
-  double share = 0.0;     ///< part of its length that lies outside, in [0, 1]
+  double distance = 0.0;      ///< farthest it reaches beyond a face [length]
+  std::string face;           ///< that face
+  double share = 0.0;         ///< part of its length that lies outside, in [0, 1]
+  Vec3 place = Vec3::Zero();  ///< a point outside, for meshes that are no boxes [length]
 };
 
 /// Fibers that reach out of the box by more than 1e-9 sizes of the cells at that face; their center lines are sampled
 /// at 17 points an element, so that shares are exact for straight fibers to 1 %.
 std::vector<OutsideFiber> fibers_outside(const mesh::FiberMeshData& fibers, const mesh::Box& box);
+
+/// Fibers that reach out of a mesh of any shape: points of the center line, 17 an element, that lie in no cell (farther
+/// than 1e-9 cell sizes from it). `distance` and `face` are not filled in.
+std::vector<OutsideFiber> fibers_outside(const mesh::FiberMeshData& fibers, const mesh::HexMeshData& mesh);
 
 /// Pairs of fibers whose center lines, taken as chains of chords, come nearer than the sum of their radii.
 struct Crossings {

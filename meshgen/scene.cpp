@@ -10,6 +10,10 @@
 #include "base/log.hpp"
 #include "input/suggest.hpp"
 #include "meshgen/channel.hpp"
+#include "meshgen/cylinder.hpp"
+#include "meshgen/gmsh_mesh.hpp"
+#include "meshgen/hex_checks.hpp"
+#include "meshgen/mesh_import.hpp"
 #include "meshgen/patterns.hpp"
 #include "meshgen/quality.hpp"
 
@@ -75,6 +79,41 @@ void check_fibers_inside(const mesh::FiberMeshData& fibers, const mesh::Box& box
   }
 }
 
+void check_fibers_inside(const mesh::FiberMeshData& fibers, const mesh::HexMeshData& mesh, bool allow,
+                         std::vector<std::string>& errors, std::vector<std::string>& warnings) {
+  if (mesh.box) return check_fibers_inside(fibers, *mesh.box, allow, errors, warnings);
+  const std::vector<OutsideFiber> outside = fibers_outside(fibers, mesh);
+  std::vector<std::string>& lines = allow ? warnings : errors;
+  if (allow && !outside.empty())
+    warnings.push_back(std::to_string(outside.size()) + " of " + std::to_string(fibers.fiber_count()) +
+                       " fibers reach out of the fluid");
+  for (std::size_t i = 0; i < outside.size(); ++i) {
+    if (i == most_lines) {
+      lines.push_back("... and " + std::to_string(outside.size() - i) + " more fibers outside the fluid");
+      break;
+    }
+    const OutsideFiber& fiber = outside[i];
+    std::string line = "fiber \"" + fibers.name[fiber.fiber] + "\" " +
+                       (fiber.share >= 1.0 ? "lies outside the fluid" : "reaches out of the fluid") +
+                       log::format(": at (%.6g, %.6g, %.6g), about %.3g %% of its length", fiber.place[0],
+                                   fiber.place[1], fiber.place[2], 100 * fiber.share);
+    if (!allow) line += "; move it inside, or set \"coupling\": { \"outside\": \"allow\" }";
+    lines.push_back(line);
+  }
+}
+
+/// Reads and checks the mesh file of a case; `folder` is that of the case file, with a slash at its end, or empty.
+mesh::HexMeshData read_mesh_file(const cases::MeshFile& parameters, const std::string& folder,
+                                 std::vector<std::string>& warnings) {
+  const std::string& file = parameters.source.file;
+  mesh::HexMeshData mesh =
+      import_mesh(read_gmsh(file.front() == '/' ? file : folder + file), parameters.source.scale, warnings);
+  std::vector<std::string> names;
+  for (const auto& [name, condition] : parameters.boundaries) names.push_back(name);
+  check_boundary_names(mesh, names);
+  return mesh;
+}
+
 std::vector<double> radii(const cases::CaseParameters& parameters, const mesh::FiberMeshData& fibers) {
   std::vector<double> radius(fibers.name.size());
   for (std::size_t f = 0; f < radius.size(); ++f) {
@@ -86,7 +125,8 @@ std::vector<double> radii(const cases::CaseParameters& parameters, const mesh::F
 
 }  // namespace
 
-Scene make_scene(const cases::CaseParameters& parameters, std::vector<std::string>& warnings) {
+Scene make_scene(const cases::CaseParameters& parameters, std::vector<std::string>& warnings,
+                 const std::string& folder) {
   Scene scene;
   std::vector<std::string> errors;
   for (std::size_t group = 0; group < parameters.fibers.size(); ++group) {
@@ -96,7 +136,16 @@ Scene make_scene(const cases::CaseParameters& parameters, std::vector<std::strin
       errors.push_back(error.what());
     }
   }
-  if (parameters.channel) {
+  const bool allow = parameters.coupling.outside == coupling::Outside::allow;
+  if (parameters.mesh) {
+    scene.fluid = read_mesh_file(*parameters.mesh, folder, warnings);
+    check_fibers_inside(scene.fibers, scene.fluid, allow, errors, warnings);
+  } else if (parameters.channel && parameters.channel->cylinder) {
+    scene.fluid = make_cylinder_channel(parameters.channel->box, *parameters.channel->cylinder);
+    if (!(quality_of(scene.fluid).scaled_jacobian > 1e-3))
+      errors.push_back("the channel with its cylinder has folded cells; use more cells around the cylinder");
+    check_fibers_inside(scene.fibers, scene.fluid, allow, errors, warnings);
+  } else if (parameters.channel) {
     const mesh::BoxParameters& box_parameters = parameters.channel->box;
     double cells = 1.0;
     for (int a = 0; a < 3; ++a) cells *= box_parameters.elements[a];
@@ -104,7 +153,7 @@ Scene make_scene(const cases::CaseParameters& parameters, std::vector<std::strin
     const mesh::Box box = box_of(box_parameters);
     scene.fluid = make_channel(box_parameters);
     check_channel(box, scene.fluid, errors);
-    check_fibers_inside(scene.fibers, box, parameters.coupling.outside == coupling::Outside::allow, errors, warnings);
+    check_fibers_inside(scene.fibers, box, allow, errors, warnings);
   }
   if (!errors.empty()) {
     std::string all;
@@ -148,8 +197,20 @@ std::string summary(const cases::CaseParameters& parameters, const Scene& scene)
   std::string text;
   const auto line = [&](const std::string& more) { text += (text.empty() ? "" : "\n") + more; };
   double largest_h = 0.0;
-  if (parameters.channel) {
-    const mesh::Box box = box_of(parameters.channel->box);
+  if (scene.fluid.cell_count() > 0 && !scene.fluid.box && (parameters.mesh || parameters.channel->cylinder)) {
+    const Quality quality = quality_of(scene.fluid);
+    largest_h = quality.largest_edge;
+    line(log::format("fluid   %lld nodes, %lld cells, %lld unknowns", static_cast<long long>(scene.fluid.node_count()),
+                     static_cast<long long>(scene.fluid.cell_count()),
+                     static_cast<long long>(4 * scene.fluid.node_count())));
+    line(log::format("cells   edges %.4g...%.4g, volume %.6g, smallest scaled Jacobian %.3g", quality.smallest_edge,
+                     quality.largest_edge, quality.volume, quality.scaled_jacobian));
+    std::string sets;
+    for (const auto& [name, faces] : scene.fluid.faces)
+      sets += (sets.empty() ? "" : ", ") + name + " " + std::to_string(faces.size());
+    line("faces   " + sets);
+  } else if (scene.fluid.cell_count() > 0) {
+    const mesh::Box box = scene.fluid.box ? *scene.fluid.box : box_of(parameters.channel->box);
     const std::array<Index, 3> cells = box.cells();
     line(log::format("fluid   %lld nodes, %lld cells (%d x %d x %d), %lld unknowns",
                      static_cast<long long>(scene.fluid.node_count()), static_cast<long long>(scene.fluid.cell_count()),

@@ -11,14 +11,16 @@ namespace fbi::meshgen {
 
 /// Everything the generator makes of a case.
 struct Scene {
-  mesh::HexMeshData fluid;     ///< empty without a channel
+  mesh::HexMeshData fluid;     ///< empty without fluid
   mesh::FiberMeshData fibers;  ///< empty without fibers
 };
 
-/// Meshes the channel and the fibers of a case. Errors are Error(geometry): cells without volume, fibers without
-/// length, fibers outside the channel (unless "outside" is "allow"), all at once, one a line. What is odd but possible
-/// (crossing fibers, fibers outside that are allowed) is appended to `warnings`, one line each.
-Scene make_scene(const cases::CaseParameters& parameters, std::vector<std::string>& warnings);
+/// Meshes the channel (or reads the mesh file) and the fibers of a case. Errors are Error(geometry): cells without
+/// volume, fibers without length, fibers outside the channel (unless "outside" is "allow"), all at once, one a line.
+/// What is odd but possible (crossing fibers, fibers outside that are allowed) is appended to `warnings`, one line
+/// each. A mesh file is looked for relative to `folder` (with a slash at its end; empty: here).
+Scene make_scene(const cases::CaseParameters& parameters, std::vector<std::string>& warnings,
+                 const std::string& folder = "");
 
 /// Throws Error(usage) when a probe names a fiber that the scene does not have, with the nearest name.
 void check_probes(const cases::Output& output, const mesh::FiberMeshData& fibers);

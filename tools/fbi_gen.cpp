@@ -54,7 +54,7 @@ void generate(const Arguments& arguments) {
   std::vector<std::string> warnings;
   fbi::meshgen::Scene scene;
   try {
-    scene = fbi::meshgen::make_scene(parameters, warnings);
+    scene = fbi::meshgen::make_scene(parameters, warnings, arguments.input.substr(0, arguments.input.rfind('/') + 1));
     fbi::meshgen::check_probes(parameters.output, scene.fibers);
   } catch (const Error& error) {  // every line names the file
     std::string lines = arguments.input + ": " + error.what();

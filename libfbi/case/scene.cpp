@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/log.hpp"
 #include "base/progress.hpp"
@@ -24,7 +25,7 @@ double largest_speed(const CaseParameters& parameters, const mesh::HexMesh& mesh
     }
     largest = std::max(largest, std::sqrt(square));
   };
-  for (const auto& [name, condition] : parameters.channel->boundaries) {
+  for (const auto& [name, condition] : parameters.boundaries()) {
     if (condition.type != fluid::BoundaryType::inflow && condition.type != fluid::BoundaryType::mixed) continue;
     std::array<const input::Expression*, 3> v{};
     bool time_dependent = false;
@@ -46,6 +47,19 @@ double largest_speed(const CaseParameters& parameters, const mesh::HexMesh& mesh
   if (!initial[0].is_zero() || !initial[1].is_zero() || !initial[2].is_zero())
     for (Index a = 0; a < mesh.owned_nodes; ++a) look({&initial[0], &initial[1], &initial[2]}, mesh.node(a), 0.0);
   return largest;
+}
+
+/// Smallest side of the axis-aligned box around the mesh.
+double smallest_extent(const mesh::HexMesh& mesh) {
+  std::array<double, 6> ends;  // largest of -x, -y, -z, x, y, z
+  ends.fill(-std::numeric_limits<double>::max());
+  for (Index a = 0; a < mesh.local_nodes(); ++a)
+    for (int d = 0; d < 3; ++d) {
+      ends[d] = std::max(ends[d], -mesh.node(a)[d]);
+      ends[d + 3] = std::max(ends[d + 3], mesh.node(a)[d]);
+    }
+  MPI_Allreduce(MPI_IN_PLACE, ends.data(), 6, MPI_DOUBLE, MPI_MAX, mesh.comm.get());
+  return std::min({ends[0] + ends[3], ends[1] + ends[4], ends[2] + ends[5]});
 }
 
 }  // namespace
@@ -87,7 +101,7 @@ Scene inspect(const Setup& setup) {
   scene.multiplier_dofs = beams != nullptr ? 3 * fibers.global_nodes : 0;
   scene.smallest_cell = setup.fluid->smallest_cell();
   scene.speed = comm.max(largest_speed(parameters, *fluid));
-  scene.height = parameters.channel->box.size.minCoeff();
+  scene.height = smallest_extent(*fluid);
   // Per node: about 60 vectors of four unknowns (Krylov basis included), the pressure matrix and its multigrid levels,
   // the mesh.
   scene.memory += 3500.0 * static_cast<double>(scene.fluid_nodes);

@@ -24,17 +24,20 @@ bool is_moving(const FiberGroup& group) { return group.physics.formulation != be
 void check_parts(Visitor& v, const CaseParameters& p) {
   const bool fibers = !p.fibers.empty() || v.failed("fibers");
   const bool fluid = v.given("fluid");
-  if (fluid && !v.given("channel")) v.missing("channel", "missing key \"channel\": the fluid needs a place to be");
-  if (!fluid && v.given("channel")) {
-    v.missing("fluid",
-              "missing key \"fluid\": the channel is empty; add \"fluid\": { \"density\": ..., \"viscosity\": ... }");
+  const bool channel = v.given("channel"), mesh = v.given("mesh");
+  const bool place = channel || mesh;
+  if (fluid && !place) v.missing("channel", "missing key \"channel\": the fluid needs a place to be");
+  if (channel && mesh) v.error("mesh", "contradicts \"channel\": the fluid fills one of them; remove the other");
+  if (!fluid && place) {
+    v.missing("fluid", std::string("missing key \"fluid\": the ") + (channel ? "channel" : "mesh") +
+                           " is empty; add \"fluid\": { \"density\": ..., \"viscosity\": ... }");
   }
-  if (!fluid && !v.given("channel") && !fibers)
+  if (!fluid && !place && !fibers)
     v.error("", "nothing to compute: give \"fluid\" and \"channel\", \"fibers\", or all");
   const auto useless = [&](const char* path, const char* needs) {
     if (v.given(path)) v.error(path, std::string("has no effect without ") + needs + "; remove it");
   };
-  if (!fluid && !v.given("channel")) {
+  if (!fluid && !place) {
     useless("coupling", "fluid");
     useless("time.fluid", "fluid");
     useless("solver", "fluid");
@@ -125,6 +128,8 @@ void describe_case(Visitor& v, CaseParameters& p) {
   v.optional_object(field("fluid", "the fluid; missing: fibers alone"), "Fluid", p.fluid, describe_fluid);
   v.optional_object(field("channel", "box filled with the fluid, and its boundary conditions"), "Channel", p.channel,
                     describe_channel);
+  v.optional_object(field("mesh", "mesh file filled with the fluid, instead of a channel"), "Mesh file", p.mesh,
+                    describe_mesh);
   v.list_of(field("fibers", "fibers and arrays of fibers; missing: fluid alone"), "Fibers", p.fibers,
             describe_fiber_group);
   v.vector(field("gravity", "acceleration of the fibers, without buoyancy", "length/time^2"), p.gravity);

@@ -16,10 +16,17 @@
 
 namespace fbi::cases {
 
-/// The box channel with its boundary conditions.
+/// The box channel, perhaps with a cylinder in it, and its boundary conditions.
 struct Channel {
   mesh::BoxParameters box;
-  fluid::BoundaryConditions boundaries;  ///< by face name xmin ... zmax; all six must be given
+  std::optional<mesh::CylinderParameters> cylinder;
+  fluid::BoundaryConditions boundaries;  ///< by face name xmin ... zmax (and cylinder); all must be given
+};
+
+/// A hexahedral mesh from a file with its boundary conditions.
+struct MeshFile {
+  mesh::MeshFileParameters source;
+  fluid::BoundaryConditions boundaries;  ///< by face-set name of the mesh; every face set must be given
 };
 
 /// One entry of "fibers": geometry and physics.
@@ -59,9 +66,10 @@ struct Expectation {
 struct CaseParameters {
   std::string title;
   std::optional<fluid::FluidParameters> fluid;  ///< missing = beam-only run
-  std::optional<Channel> channel;               ///< given exactly when `fluid` is
-  std::vector<FiberGroup> fibers;               ///< empty = fluid-only run
-  Vec3 gravity = Vec3::Zero();                  ///< acts on the fibers [length/time^2]
+  std::optional<Channel> channel;               ///< either this or `mesh` is given exactly when `fluid` is
+  std::optional<MeshFile> mesh;
+  std::vector<FiberGroup> fibers;  ///< empty = fluid-only run
+  Vec3 gravity = Vec3::Zero();     ///< acts on the fibers [length/time^2]
   coupling::CouplingParameters coupling;
   fsi::SchemeParameters scheme;
   fsi::SolverParameters solver;
@@ -70,6 +78,9 @@ struct CaseParameters {
   beam::BeamTimeParameters beam_time;
   Output output;
   std::vector<Expectation> expect;
+
+  /// Conditions of the channel or of the mesh file.
+  const fluid::BoundaryConditions& boundaries() const { return mesh ? mesh->boundaries : channel->boundaries; }
 };
 
 /// Parses and validates the text of a case file. All errors at once: throws Error(usage) whose text holds one line

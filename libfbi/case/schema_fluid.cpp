@@ -1,4 +1,7 @@
-/// Tables of "fluid" and "channel".
+/// Tables of "fluid", "channel" and "mesh".
+#include <algorithm>
+#include <limits>
+
 #include "case/schema_tables.hpp"
 #include "input/suggest.hpp"
 
@@ -74,10 +77,63 @@ void describe_gradings(Visitor& v, std::array<mesh::GradingParameters, 3>& p) {
   }
 }
 
-void describe_boundaries(Visitor& v, fluid::BoundaryConditions& p) {
+void describe_cylinder(Visitor& v, mesh::CylinderParameters& p) {
+  v.pair(field("center", "its axis, in the order x, y, z without the axis", "length").required("[0.2, 0.2]"), p.center);
+  v.choice<mesh::Axis>(field("axis", "direction of the cylinder, from wall to wall"), p.axis,
+                       {{mesh::Axis::x, "x", ""}, {mesh::Axis::y, "y", ""}, {mesh::Axis::z, "z", ""}});
+  v.number(field("radius", "its radius", "length").required("0.05"), p.radius, positive());
+  v.integer(field("around",
+                  "cells around the circle, a multiple of 8; the cells of the whole section follow from it, so that "
+                  "twice as many make a mesh twice as fine everywhere")
+                .required("64"),
+            p.around, at_least(8));
+  v.integer(field("layers", "equal cells along the axis"), p.layers, at_least(1));
+  v.number(field("first", "thickness of the cells at the cylinder, relative to their length along the circle"), p.first,
+           positive());
+  v.number(field("block",
+                 "half width of the square block of rings around the cylinder; 0: three radii, but no more than 3/4 of "
+                 "the distance from the axis to the nearest wall",
+                 "length"),
+           p.block, at_least(0.0));
+  if (v.reading() && v.given("around") && !v.failed("around") && p.around % 8 != 0) {
+    const Index below = p.around / 8 * 8;
+    v.error("around", "must be a multiple of 8, not " + std::to_string(p.around) + "; use for example " +
+                          std::to_string(below + 8));
+  }
+}
+
+void describe_boundaries(Visitor& v, fluid::BoundaryConditions& p, bool cylinder) {
   for (const char* face : {"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"}) {
     v.object(field(face, "condition on this face").required("{ \"type\": \"no_slip\" }"), "Boundary condition",
              [&](Visitor& inner) { describe_boundary(inner, p[face]); });
+  }
+  Field f = field("cylinder", "condition on the cylinder, where the channel has one");
+  if (v.reading() && cylinder) f.required("{ \"type\": \"no_slip\" }");
+  f.optional().only("channel.cylinder", "given", !v.reading() || cylinder);
+  v.object(f, "Boundary condition", [&](Visitor& inner) { describe_boundary(inner, p["cylinder"]); });
+}
+
+/// How far the cylinder is from the nearest wall, and the errors of a place where it does not fit.
+void check_cylinder(Visitor& v, const Channel& p) {
+  const mesh::CylinderParameters& c = *p.cylinder;
+  if (v.failed("cylinder") || v.failed("size") || v.failed("origin") || !v.given("size")) return;
+  double distance = std::numeric_limits<double>::infinity();
+  int i = 0;
+  for (int a = 0; a < 3; ++a) {
+    if (a == static_cast<int>(c.axis)) continue;
+    const double low = c.center[i] - p.box.origin[a];
+    distance = std::min({distance, low, p.box.size[a] - low});
+    ++i;
+  }
+  if (c.block > 0.0 && c.block < 1.2 * c.radius) {
+    v.error("cylinder.block",
+            "must be at least 1.2 radii, " + number_text(1.2 * c.radius) + ", not " + number_text(c.block));
+  } else if (distance < 1.6 * c.radius) {
+    v.error("cylinder",
+            "its axis must be at least 1.6 radii from every wall; the distance is " + number_text(distance));
+  } else if (c.block > 0.95 * distance) {
+    v.error("cylinder.block", "must be at most 0.95 of the distance from the axis to the nearest wall, " +
+                                  number_text(0.95 * distance) + ", not " + number_text(c.block));
   }
 }
 
@@ -138,14 +194,26 @@ void describe_boundary(Visitor& v, fluid::BoundaryCondition& p) {
 void describe_channel(Visitor& v, Channel& p) {
   v.vector(field("origin", "lower corner of the box", "length"), p.box.origin);
   v.vector(field("size", "extent of the box along x, y, z", "length").required("[3, 1, 1]"), p.box.size, positive());
-  v.integers(field("elements", "hexahedral cells along x, y, z").required("[30, 10, 10]"), p.box.elements, at_least(1));
+  v.integers(field("elements", "hexahedral cells along x, y, z; required without cylinder").optional(), p.box.elements,
+             at_least(1));
   v.object(field("grading", "spread of the cells, by direction").optional(), "Gradings",
            [&](Visitor& inner) { describe_gradings(inner, p.box.grading); });
   v.flag(field("general", "treat the box as a general hexahedral mesh: slower, for tests and timing"), p.box.general);
+  v.optional_object(field("cylinder", "circular cylinder across the channel; its face set is \"cylinder\""), "Cylinder",
+                    p.cylinder, describe_cylinder);
   v.object(field("boundaries", "conditions on the six faces; on shared edges no_slip beats inflow beats slip")
                .required("{ \"xmin\": { \"type\": \"no_slip\" }, ... }"),
-           "Boundaries", [&](Visitor& inner) { describe_boundaries(inner, p.boundaries); });
+           "Boundaries", [&](Visitor& inner) { describe_boundaries(inner, p.boundaries, p.cylinder.has_value()); });
   if (!v.reading()) return;
+  if (p.cylinder) {
+    for (const char* key : {"elements", "grading", "general"})
+      if (v.given(key))
+        v.error(key, "has no effect with \"cylinder\": the cells follow from cylinder.around; remove it");
+    check_cylinder(v, p);
+    return;
+  }
+  if (!v.given("elements"))
+    v.missing("elements", "missing key \"elements\"; add for example \"elements\": [30, 10, 10]");
   for (int i = 0; i < 3; ++i) {
     const std::string path = std::string("grading.") + "xyz"[i];
     const mesh::GradingParameters& grading = p.box.grading[i];
@@ -154,6 +222,19 @@ void describe_channel(Visitor& v, Channel& p) {
       v.error(path, "tanh needs at least 3 cells in this direction, not " + std::to_string(p.box.elements[i]));
     }
   }
+}
+
+void describe_mesh(Visitor& v, MeshFile& p) {
+  v.text(field("file", "a mesh of hexahedra as gmsh writes it (.msh, formats 2 and 4); relative to the case file")
+             .required("\"mesh.msh\""),
+         p.source.file);
+  v.number(field("scale", "factor for all coordinates of the file"), p.source.scale, positive());
+  v.named(field("boundaries", "conditions on the named surfaces (physical groups) of the mesh, one for each")
+              .required("{ \"inlet\": { \"type\": \"no_slip\" }, ... }"),
+          "Boundary condition",
+          [&](Visitor& inner, const std::string& name) { describe_boundary(inner, p.boundaries[name]); });
+  if (v.reading() && v.given("file") && !v.failed("file") && p.source.file.empty())
+    v.error("file", "must not be empty");
 }
 
 }  // namespace fbi::cases

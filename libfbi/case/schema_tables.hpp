@@ -10,6 +10,7 @@ using input::Visitor;
 
 void describe_fluid(Visitor& v, fluid::FluidParameters& p);
 void describe_channel(Visitor& v, Channel& p);
+void describe_mesh(Visitor& v, MeshFile& p);
 void describe_boundary(Visitor& v, fluid::BoundaryCondition& p);
 
 void describe_fiber_group(Visitor& v, FiberGroup& p);

@@ -50,8 +50,8 @@ Setup make_setup(const CaseParameters& parameters, std::unique_ptr<mesh::HexMesh
   choose_steps(setup);
   if (setup.fluid_mesh != nullptr) {
     Timed timed("fluid setup");
-    setup.fluid = std::make_unique<fluid::FluidField>(*setup.fluid_mesh, *parameters.fluid,
-                                                      parameters.channel->boundaries, parameters.fluid_time);
+    setup.fluid = std::make_unique<fluid::FluidField>(*setup.fluid_mesh, *parameters.fluid, parameters.boundaries(),
+                                                      parameters.fluid_time);
   }
   if (setup.fiber_mesh->global_fibers > 0) {
     Timed timed("fiber setup");

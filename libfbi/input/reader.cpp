@@ -68,14 +68,16 @@ const Node* Reader::take(const Field& f, std::string& path) {
   return &member->value;
 }
 
-const Node* Reader::take_three(const Field& f, std::string& path, const char* of_what) {
+const Node* Reader::take_list(const Field& f, std::string& path, std::size_t size, const char* of_what) {
   const Node* node = take(f, path);
   if (!node) return nullptr;
-  if (node->kind == Node::Kind::list && node->items.size() == 3) {
-    for (int i = 0; i < 3; ++i) positions_[path + "[" + std::to_string(i) + "]"] = node->items[i].position;
+  if (node->kind == Node::Kind::list && node->items.size() == size) {
+    for (std::size_t i = 0; i < size; ++i) positions_[path + "[" + std::to_string(i) + "]"] = node->items[i].position;
     return node;
   }
-  complain(*node, path, std::string("must be a list of 3 ") + of_what + " [x, y, z], not " + node->description());
+  complain(*node, path,
+           "must be a list of " + std::to_string(size) + " " + of_what + (size == 3 ? " [x, y, z], not " : ", not ") +
+               node->description());
   return nullptr;
 }
 
@@ -199,16 +201,23 @@ void Reader::text(const Field& f, std::string& value) {
   }
 }
 
+void Reader::pair(const Field& f, std::array<double, 2>& value, const Range& range) {
+  std::string path;
+  const Node* node = take_list(f, path, 2, "numbers");
+  if (!node) return;
+  for (int i = 0; i < 2; ++i) real(node->items[i], path + "[" + std::to_string(i) + "]", value[i], range);
+}
+
 void Reader::vector(const Field& f, Vec3& value, const Range& range) {
   std::string path;
-  const Node* node = take_three(f, path, "numbers");
+  const Node* node = take_list(f, path, 3, "numbers");
   if (!node) return;
   for (int i = 0; i < 3; ++i) real(node->items[i], path + "[" + std::to_string(i) + "]", value[i], range);
 }
 
 void Reader::integers(const Field& f, std::array<Index, 3>& value, const Range& range) {
   std::string path;
-  const Node* node = take_three(f, path, "whole numbers");
+  const Node* node = take_list(f, path, 3, "whole numbers");
   if (!node) return;
   for (int i = 0; i < 3; ++i) whole(node->items[i], path + "[" + std::to_string(i) + "]", value[i], range);
 }
@@ -237,14 +246,14 @@ void Reader::vectors(const Field& f, std::vector<Vec3>& values) {
 
 void Reader::formulas(const Field& f, VectorExpression& value) {
   std::string path;
-  const Node* node = take_three(f, path, "formulas");
+  const Node* node = take_list(f, path, 3, "formulas");
   if (!node) return;
   for (int i = 0; i < 3; ++i) formula(node->items[i], path + "[" + std::to_string(i) + "]", value[i]);
 }
 
 void Reader::partial_formulas(const Field& f, std::array<std::optional<Expression>, 3>& value) {
   std::string path;
-  const Node* node = take_three(f, path, "formulas");
+  const Node* node = take_list(f, path, 3, "formulas");
   if (!node) return;
   for (int i = 0; i < 3; ++i) {
     if (node->items[i].kind == Node::Kind::null) continue;
@@ -284,6 +293,26 @@ void Reader::object(const Field& f, const std::string& /*title*/, const Describe
     read_object(*node, path, describe);
   } else {
     complain(*node, path, "must be an object {...}, not " + node->description());
+  }
+}
+
+void Reader::named(const Field& f, const std::string& /*title*/,
+                   const std::function<void(Visitor&, const std::string&)>& describe) {
+  std::string path;
+  const Node* node = take(f, path);
+  if (!node) return;
+  if (node->kind != Node::Kind::object) {
+    complain(*node, path, "must be an object {...}, not " + node->description());
+    return;
+  }
+  positions_[path] = node->position;
+  for (const Node::Member& member : node->members) {
+    const std::string item_path = join(path, member.key);
+    if (member.value.kind == Node::Kind::object) {
+      read_object(member.value, item_path, [&](Visitor& v) { describe(v, member.key); });
+    } else {
+      complain(member.value, item_path, "must be an object {...}, not " + member.value.description());
+    }
   }
 }
 

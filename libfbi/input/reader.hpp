@@ -20,6 +20,7 @@ class Reader final : public Visitor {
   void number(const Field& f, double& value, const Range& range) override;
   void integer(const Field& f, Index& value, const Range& range) override;
   void text(const Field& f, std::string& value) override;
+  void pair(const Field& f, std::array<double, 2>& value, const Range& range) override;
   void vector(const Field& f, Vec3& value, const Range& range) override;
   void integers(const Field& f, std::array<Index, 3>& value, const Range& range) override;
   void vectors(const Field& f, std::vector<Vec3>& values) override;
@@ -27,6 +28,8 @@ class Reader final : public Visitor {
   void partial_formulas(const Field& f, std::array<std::optional<Expression>, 3>& value) override;
   void word(const Field& f, std::size_t& chosen, const std::vector<Word>& words) override;
   void object(const Field& f, const std::string& title, const Describe& describe) override;
+  void named(const Field& f, const std::string& title,
+             const std::function<void(Visitor&, const std::string&)>& describe) override;
   void list(const Field& f, const std::string& title, const Describe& add) override;
   bool reading() const override { return true; }
   bool given(const std::string& path) const override;
@@ -38,7 +41,7 @@ class Reader final : public Visitor {
   explicit Reader(std::vector<Complaint>& complaints) : complaints_(complaints) {}
   void read_object(const Node& node, const std::string& path, const Describe& describe);
   const Node* take(const Field& f, std::string& path);
-  const Node* take_three(const Field& f, std::string& path, const char* of_what);
+  const Node* take_list(const Field& f, std::string& path, std::size_t size, const char* of_what);
   void complain(const Node& node, const std::string& path, const std::string& what);
   bool constant(const Node& node, const std::string& path, double& value);
   bool in_range(const Node& node, const std::string& path, double value, const Range& range);

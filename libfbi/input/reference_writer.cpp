@@ -37,6 +37,9 @@ class ReferenceWriter final : public Visitor {
     row(f, "whole number" + bounds(range), code(std::to_string(value)));
   }
   void text(const Field& f, std::string&) override { row(f, "text", ""); }
+  void pair(const Field& f, std::array<double, 2>& value, const Range& range) override {
+    row(f, "2 numbers" + bounds(range), code("[" + number_text(value[0]) + ", " + number_text(value[1]) + "]"));
+  }
   void vector(const Field& f, Vec3& value, const Range& range) override {
     row(f, "3 numbers" + bounds(range), three(number_text(value[0]), number_text(value[1]), number_text(value[2])));
   }
@@ -62,6 +65,11 @@ class ReferenceWriter final : public Visitor {
   void object(const Field& f, const std::string& title, const Describe& describe) override {
     row(f, "object: " + anchor(title), "");
     follow(title, describe);
+  }
+  void named(const Field& f, const std::string& title,
+             const std::function<void(Visitor&, const std::string&)>& describe) override {
+    row(f, "object by names of your own: each " + anchor(title), "");
+    follow(title, [&](Visitor& v) { describe(v, "NAME"); });
   }
   void list(const Field& f, const std::string& title, const Describe& add) override {
     row(f, "list of objects: " + anchor(title), "");

@@ -40,6 +40,11 @@ class SchemaWriter final : public Visitor {
     add(f, schema);
   }
   void text(const Field& f, std::string&) override { add(f, {{"type", "string"}}); }
+  void pair(const Field& f, std::array<double, 2>& value, const Range& range) override {
+    Json schema = {{"type", "array"}, {"items", number_schema(range)}, {"minItems", 2}, {"maxItems", 2}};
+    if (f.has_default && !f.is_required) schema["default"] = value;
+    add(f, schema);
+  }
   void vector(const Field& f, Vec3& value, const Range& range) override {
     Json schema = three(number_schema(range));
     if (f.has_default && !f.is_required) schema["default"] = {value[0], value[1], value[2]};
@@ -65,6 +70,11 @@ class SchemaWriter final : public Visitor {
   }
   void object(const Field& f, const std::string& title, const Describe& describe) override {
     add(f, {{"$ref", definition(title, describe)}});
+  }
+  void named(const Field& f, const std::string& title,
+             const std::function<void(Visitor&, const std::string&)>& describe) override {
+    const std::string reference = definition(title, [&](Visitor& v) { describe(v, "NAME"); });
+    add(f, {{"type", "object"}, {"additionalProperties", {{"$ref", reference}}}});
   }
   void list(const Field& f, const std::string& title, const Describe& add_item) override {
     add(f, {{"type", "array"}, {"items", {{"$ref", definition(title, add_item)}}}});

@@ -94,6 +94,8 @@ class Visitor {
   virtual void number(const Field& f, double& value, const Range& range = {}) = 0;
   virtual void integer(const Field& f, Index& value, const Range& range = {}) = 0;
   virtual void text(const Field& f, std::string& value) = 0;
+  /// Two numbers.
+  virtual void pair(const Field& f, std::array<double, 2>& value, const Range& range = {}) = 0;
   /// Three numbers.
   virtual void vector(const Field& f, Vec3& value, const Range& range = {}) = 0;
   virtual void integers(const Field& f, std::array<Index, 3>& value, const Range& range = {}) = 0;
@@ -107,6 +109,9 @@ class Visitor {
   virtual void word(const Field& f, std::size_t& chosen, const std::vector<Word>& words) = 0;
   /// An object of its own table; `title` names its kind, and two objects of one kind have one table.
   virtual void object(const Field& f, const std::string& title, const Describe& describe) = 0;
+  /// An object whose keys the user chooses; each value is an object of kind `title`, described by describe(v, key).
+  virtual void named(const Field& f, const std::string& title,
+                     const std::function<void(Visitor&, const std::string&)>& describe) = 0;
   /// A list of objects; `add` appends one to the list and describes it.
   virtual void list(const Field& f, const std::string& title, const Describe& add) = 0;
 

@@ -119,7 +119,7 @@ mesh::HexMesh read_mesh(const Comm& comm, const std::string& path) {
     const File file = open_kind(comm, path, FileKind::case_input);
     if (!file.has("/mesh"))
       throw Error(ExitCode::file,
-                  "\"" + path + "\" holds no fluid mesh; make it again from a JSON file with \"channel\"");
+                  "\"" + path + "\" holds no fluid mesh; make it again from a JSON file with \"channel\" or \"mesh\"");
     chunk.global_nodes = file.shape("/mesh/nodes")[0];
     chunk.global_cells = file.shape("/mesh/cells")[0];
     const Range nodes = even_range(comm, chunk.global_nodes), cells = even_range(comm, chunk.global_cells);

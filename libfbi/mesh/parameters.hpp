@@ -32,6 +32,27 @@ struct BoxParameters {
       false;  ///< true: treat as a general hexahedral mesh, the box fast path is not taken (for tests and timing)
 };
 
+/// A coordinate axis.
+enum class Axis { x, y, z };
+
+/// A circular cylinder that stands across a channel, from wall to wall. A square block of rings lies around it; the
+/// rest of the channel is a lattice that continues the cells at the sides of the block.
+struct CylinderParameters {
+  std::array<double, 2> center = {0.0, 0.0};  ///< in the order x, y, z without the axis [length]
+  Axis axis = Axis::z;
+  double radius = 0.0;  ///< [length]
+  Index around = 0;     ///< cells around the circle, a multiple of 8; all other cells of the section follow from it
+  Index layers = 1;     ///< equal cells along the axis
+  double first = 0.5;   ///< thickness of the cells at the cylinder, relative to their length along the circle
+  double block = 0.0;   ///< half width of the block [length]; 0: three radii, or 3/4 of the way to the nearest wall
+};
+
+/// A mesh file of gmsh.
+struct MeshFileParameters {
+  std::string file;    ///< path, relative to the folder of the case file
+  double scale = 1.0;  ///< coordinates of the file are multiplied by it
+};
+
 enum class CurveType {
   line,        ///< from, to
   arc,         ///< part of a circle, or all of it
