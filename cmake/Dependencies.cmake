@@ -38,6 +38,8 @@ endif()
 if(FBI_SANITIZE)
   target_compile_options(fbi_options INTERFACE -fsanitize=address,undefined -fno-omit-frame-pointer)
   target_link_options(fbi_options INTERFACE -fsanitize=address,undefined)
+  target_sources(fbi_options INTERFACE
+    "$<$<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>:${PROJECT_SOURCE_DIR}/cmake/sanitizer_defaults.cpp>")
 endif()
 
 add_library(fbi_hdf5 INTERFACE)

