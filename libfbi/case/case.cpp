@@ -89,7 +89,8 @@ ExitCode run_case(const RunOptions& options) {
   else
     log::info("%d rank%s, steady", comm.size(), comm.size() > 1 ? "s" : "");
   warn_if_outdated(comm, options.case_path, header);
-  const ProbeSet probes(parameters.output.probes, *setup.fiber_mesh, setup.fluid_mesh.get());
+  ProbeSet probes(parameters.output.probes, *setup.fiber_mesh, setup.fluid_mesh.get());
+  probes.add_forces(parameters.output.forces, setup.fluid.get());
   const std::vector<io::HistoryColumn> columns = history_columns(probes);
   std::vector<std::string> names;
   for (const io::HistoryColumn& column : columns) names.push_back(column.name);

@@ -79,6 +79,12 @@ ProbeSet::ProbeSet(const std::vector<Probe>& probes, const mesh::FiberMesh& fibe
   agree_on_error(comm_, ExitCode::usage, problem);
 }
 
+void ProbeSet::add_forces(const std::vector<ForceOutput>& outputs, const fluid::FluidField* fluid) {
+  forces_ = std::make_unique<ForceOutputs>(outputs, fluid);
+  columns_.insert(columns_.end(), forces_->columns().begin(), forces_->columns().end());
+  units_.insert(units_.end(), forces_->units().begin(), forces_->units().end());
+}
+
 std::vector<double> ProbeSet::values(const fsi::System& system) const {
   std::vector<double> values(columns_.size(), 0.0);
   bool forces = false;
@@ -123,6 +129,10 @@ std::vector<double> ProbeSet::values(const fsi::System& system) const {
   }
   // Each value is on one rank and zero elsewhere.
   comm_.sum(values.data(), static_cast<int>(values.size()));
+  if (forces_ != nullptr) {
+    const std::vector<double> forces = forces_->values(system);
+    std::copy(forces.begin(), forces.end(), values.end() - static_cast<std::ptrdiff_t>(forces.size()));
+  }
   return values;
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "case/force_outputs.hpp"
 #include "case/schema.hpp"
 #include "fsi/system.hpp"
 
@@ -19,6 +20,9 @@ class ProbeSet {
   /// Throws Error(usage) on all ranks for a fiber that does not exist or a point outside the fluid. `fluid` may be
   /// null. Collective.
   ProbeSet(const std::vector<Probe>& probes, const mesh::FiberMesh& fibers, const mesh::HexMesh* fluid);
+
+  /// Appends the columns of forces on faces. Collective.
+  void add_forces(const std::vector<ForceOutput>& outputs, const fluid::FluidField* fluid);
 
   const std::vector<std::string>& columns() const { return columns_; }
   const std::vector<std::string>& units() const { return units_; }
@@ -36,6 +40,7 @@ class ProbeSet {
   Comm comm_;
   std::vector<Located> located_;
   std::vector<std::string> columns_, units_;
+  std::unique_ptr<ForceOutputs> forces_;
 };
 
 }  // namespace fbi::cases

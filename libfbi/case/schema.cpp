@@ -65,6 +65,25 @@ void check_parts(Visitor& v, const CaseParameters& p) {
     if (v.given(path + ".fiber") && !fibers)
       v.error(path + ".fiber", "there are no fibers to observe; remove the probe");
   }
+  for (std::size_t i = 0; i < p.output.forces.size(); ++i) {
+    const std::string path = "output.forces[" + std::to_string(i) + "]";
+    if (!fluid) v.error(path, "there is no fluid to exert a force; remove it");
+    for (std::size_t j = 0; j < i; ++j)
+      if (p.output.forces[i].name == p.output.forces[j].name && !p.output.forces[i].name.empty()) {
+        v.error(path + ".name", "\"" + p.output.forces[i].name + "\" is already the name of output.forces[" +
+                                    std::to_string(j) + "]; names must differ");
+        break;
+      }
+    if (!p.channel) continue;
+    std::vector<std::string> known;
+    for (const auto& [name, condition] : p.channel->boundaries) known.push_back(name);
+    for (std::size_t j = 0; j < p.output.forces[i].faces.size(); ++j) {
+      const std::string& face = p.output.forces[i].faces[j];
+      if (std::find(known.begin(), known.end(), face) == known.end())
+        v.error(path + ".faces[" + std::to_string(j) + "]",
+                "there is no face \"" + face + "\"" + did_you_mean(face, known));
+    }
+  }
 }
 
 /// Which time scheme needs which of "step" and "end", and that both fields agree about time.

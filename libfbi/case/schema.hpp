@@ -45,12 +45,22 @@ struct Probe {
   bool forces = false;  ///< fiber probe: drag (force of the fluid on the fiber) and clamp reaction instead of the tip
 };
 
+/// Force of the fluid on some faces, recorded in every row of the history.
+struct ForceOutput {
+  std::string name;                ///< of the columns
+  std::vector<std::string> faces;  ///< names of face sets
+  std::optional<Vec3> about;       ///< moment about this point as well [length]
+  double speed = 0.0;              ///< of the coefficients, > 0 when these are wanted [length/time]
+  double area = 0.0;               ///< of the coefficients [length^2]
+};
+
 struct Output {
   Index every = 0;                   ///< field output every N steps; 0 = first and last only
   Index checkpoint = 0;              ///< checkpoint every N steps; 0 = only at the end and by wall time
   double checkpoint_minutes = 30.0;  ///< checkpoint by wall time [min]
   Index fiber_points = 8;            ///< points per element on the written center line
   std::vector<Probe> probes;
+  std::vector<ForceOutput> forces;
 };
 
 /// A number the run must reproduce.

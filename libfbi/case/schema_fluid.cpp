@@ -147,9 +147,11 @@ void describe_boundary(Visitor& v, fluid::BoundaryCondition& p) {
                           {BoundaryType::slip, "slip", "normal velocity zero, no tangential traction"},
                           {BoundaryType::outflow, "outflow", "traction zero"},
                           {BoundaryType::traction, "traction", "traction given"},
+                          {BoundaryType::pressure, "pressure", "traction -p n of a given pressure"},
                           {BoundaryType::mixed, "mixed", "some velocity components given, traction on the others"}});
   const bool mixed = p.type == BoundaryType::mixed;
-  const bool outflow = p.type == BoundaryType::outflow;
+  const bool open =
+      p.type == BoundaryType::outflow || p.type == BoundaryType::traction || p.type == BoundaryType::pressure;
   v.partial_formulas(
       field("velocity", "velocity as formulas of x, y, z, t; null (mixed only) leaves a component free", "length/time")
           .required("[\"4*y*(1-y)\", 0, 0]")
@@ -160,10 +162,15 @@ void describe_boundary(Visitor& v, fluid::BoundaryCondition& p) {
                  .optional()
                  .only("type", "traction or mixed", p.type == BoundaryType::traction || mixed),
              p.traction);
+  v.formula(field("pressure", "pressure as a formula of x, y, z, t", "force/area")
+                .required("0")
+                .only("type", "pressure", p.type == BoundaryType::pressure),
+            p.pressure);
   v.flag(field("backflow", "resist inflow through this face: adds -beta rho min(v.n, 0) v")
-             .only("type", "outflow", outflow),
+             .only("type", "outflow, traction or pressure", open),
          p.backflow);
-  v.number(field("backflow_beta", "beta of backflow; 0.5 bounds the energy").only("type", "outflow", outflow),
+  v.number(field("backflow_beta", "beta of backflow; 0.5 bounds the energy")
+               .only("type", "outflow, traction or pressure", open),
            p.backflow_beta, between(0.5, 1.0));
   if (!v.reading() || v.failed("type")) return;
   if (p.type == BoundaryType::traction && !v.given("traction")) {

@@ -124,6 +124,22 @@ void describe_probe(Visitor& v, Probe& p) {
   }
 }
 
+void describe_forces(Visitor& v, ForceOutput& p) {
+  v.text(field("name", "first part of the names of the columns").required("\"cylinder\""), p.name);
+  v.texts(field("faces", "names of face sets whose forces are summed").required("[\"cylinder\"]"), p.faces);
+  Vec3 about = Vec3::Zero();
+  v.vector(field("moment_about", "record the moment about this point as well", "length").optional(), about);
+  v.object(field("coefficient", "record the force over rho speed^2 area/2 as well").optional(), "Force coefficient",
+           [&](Visitor& inner) {
+             inner.number(field("speed", "speed of the coefficient", "length/time").required("1"), p.speed, positive());
+             inner.number(field("area", "area of the coefficient", "length^2").required("1"), p.area, positive());
+           });
+  if (!v.reading()) return;
+  if (v.given("moment_about")) p.about = about;
+  if (v.given("name") && !v.failed("name") && p.name.empty()) v.error("name", "must not be empty");
+  if (v.given("faces") && !v.failed("faces") && p.faces.empty()) v.error("faces", "must name a face set");
+}
+
 }  // namespace
 
 void describe_output(Visitor& v, Output& p) {
@@ -135,6 +151,8 @@ void describe_output(Visitor& v, Output& p) {
   v.integer(field("fiber_points", "points of one element on the written center line"), p.fiber_points,
             between(2, 1000));
   v.list_of(field("probes", "what is recorded in every step"), "Probe", p.probes, describe_probe);
+  v.list_of(field("forces", "forces of the fluid on named faces, recorded in every step"), "Force on faces", p.forces,
+            describe_forces);
 }
 
 void describe_expectation(Visitor& v, Expectation& p) {

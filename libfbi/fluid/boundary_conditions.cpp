@@ -1,6 +1,5 @@
 #include "fluid/boundary_conditions.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -23,50 +22,20 @@ double key_of(BoundaryType type, std::size_t index) {
                                                       : 1;
   return priority * key_step + (key_step - 1 - static_cast<double>(index));
 }
-std::size_t condition_of(double key) { return static_cast<std::size_t>(key_step - 1 - std::fmod(key, key_step)); }
-
-// Axis of a unit normal, or -1 when it is not along one.
-int axis_of(const Vec3& normal) {
-  for (int i = 0; i < 3; ++i)
-    if (std::abs(normal[i]) > 1 - 1e-9) return i;
-  return -1;
+bool is_open(BoundaryType type) {
+  return type == BoundaryType::outflow || type == BoundaryType::traction || type == BoundaryType::pressure;
 }
+std::size_t condition_of(double key) { return static_cast<std::size_t>(key_step - 1 - std::fmod(key, key_step)); }
 
 }  // namespace
 
-Index Boundaries::face_node(const mesh::HexMesh::LocalFace& face, int a) const {
-  return mesh_.cells[8 * static_cast<std::size_t>(face.cell) + fem::hex8_faces[face.face][a]];
-}
-
-Boundaries::FacePoints Boundaries::points(const mesh::HexMesh::LocalFace& face) const {
-  FacePoints result;
-  std::array<Vec3, 4> x;
-  for (int a = 0; a < 4; ++a) x[a] = Eigen::Map<const Vec3>(mesh_.node(face_node(face, a)));
-  const double g = 1 / std::sqrt(3.0);
-  for (int q = 0; q < 4; ++q) {
-    const double s = q == 0 || q == 3 ? -g : g, t = q < 2 ? -g : g;
-    const double corner[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
-    Vec3 along_s = Vec3::Zero(), along_t = Vec3::Zero();
-    result.position[q].setZero();
-    for (int a = 0; a < 4; ++a) {
-      result.shape[q][a] = 0.25 * (1 + corner[a][0] * s) * (1 + corner[a][1] * t);
-      result.position[q] += result.shape[q][a] * x[a];
-      along_s += 0.25 * corner[a][0] * (1 + corner[a][1] * t) * x[a];
-      along_t += 0.25 * corner[a][1] * (1 + corner[a][0] * s) * x[a];
-    }
-    const Vec3 normal = along_s.cross(along_t);
-    result.weight[q] = normal.norm();
-    result.normal[q] = normal / result.weight[q];
-  }
-  return result;
-}
-
 bool Boundaries::leaves_normal_open(const BoundaryCondition& data, const mesh::HexMesh::LocalFace& face) const {
-  if (data.type == BoundaryType::outflow || data.type == BoundaryType::traction) return true;
+  if (is_open(data.type)) return true;
   if (data.type != BoundaryType::mixed) return false;
-  const Vec3 normal = points(face).normal[0];
-  for (int i = 0; i < 3; ++i)
-    if (!data.velocity[i].has_value() && std::abs(normal[i]) > 1e-9) return true;
+  const FacePoints at = face_points(mesh_, face);
+  for (const Vec3& normal : at.normal)
+    for (int i = 0; i < 3; ++i)
+      if (!data.velocity[i].has_value() && std::abs(normal[i]) > 1e-9) return true;
   return false;
 }
 
@@ -74,11 +43,12 @@ Boundaries::Boundaries(const mesh::HexMesh& mesh, const BoundaryConditions& cond
     : mesh_(mesh), density_(density) {
   for (const auto& [name, data] : conditions) conditions_.push_back({name, data});
   const std::size_t unknowns = 4 * static_cast<std::size_t>(mesh.local_nodes());
-  linalg::VecHandle keys = create_ghosted(mesh);
+  linalg::VecHandle keys = create_ghosted(mesh), aligned_keys = create_ghosted(mesh);
   std::string error;
-  ExitCode code = ExitCode::usage;
+  std::vector<mesh::HexMesh::LocalFace> slip;
+  bool oblique = false;  // some slip face is not normal to an axis
   {
-    LocalArray key(keys);
+    LocalArray key(keys), aligned(aligned_keys);
     for (std::size_t c = 0; c < conditions_.size() && error.empty(); ++c) {
       const auto& [name, data] = conditions_[c];
       const auto found = mesh.faces.find(name);
@@ -97,37 +67,47 @@ Boundaries::Boundaries(const mesh::HexMesh& mesh, const BoundaryConditions& cond
         if (data.type == BoundaryType::no_slip || data.type == BoundaryType::inflow) given = {true, true, true};
         if (data.type == BoundaryType::mixed)
           for (int i = 0; i < 3; ++i) given[i] = data.velocity[i].has_value();
+        faces_.push_back({face, static_cast<Index>(c)});
         if (data.type == BoundaryType::slip) {
-          const FacePoints at = points(face);
+          const FacePoints at = face_points(mesh_, face);
           const int axis = axis_of(at.normal[0]);
-          for (const Vec3& normal : at.normal)
-            if (axis < 0 || axis_of(normal) != axis) {
-              code = ExitCode::geometry;
-              error = log::format(
-                  "slip wall '%s' has a face near (%g, %g, %g) that is not normal to x, y or z: slip is available on "
-                  "axis-aligned walls only; use no_slip or traction there",
-                  name.c_str(), at.position[0][0], at.position[0][1], at.position[0][2]);
-            }
-          if (!error.empty()) break;
-          given[axis] = true;
+          slip.push_back(face);
+          oblique = oblique || std::any_of(at.normal.begin(), at.normal.end(),
+                                           [axis](const Vec3& n) { return axis < 0 || axis_of(n) != axis; });
+          if (axis >= 0) given[axis] = true;
         }
         for (int a = 0; a < 4; ++a)
           for (int i = 0; i < 3; ++i)
             if (given[i]) {
-              double& k = key[4 * static_cast<std::size_t>(face_node(face, a)) + i];
+              LocalArray& to = data.type == BoundaryType::slip ? aligned : key;
+              double& k = to[4 * static_cast<std::size_t>(face_node(mesh_, face, a)) + i];
               k = std::max(k, key_of(data.type, c));
             }
         if (leaves_normal_open(data, face)) open_.push_back(face);
         if (data.type == BoundaryType::traction || data.type == BoundaryType::mixed)
           if (std::any_of(data.traction.begin(), data.traction.end(), [](const auto& h) { return !h.is_zero(); }))
             loaded_.push_back({face, static_cast<Index>(c)});
-        if (data.type == BoundaryType::outflow && data.backflow) backflow_.push_back({face, static_cast<Index>(c)});
+        if (data.type == BoundaryType::pressure && !data.pressure.is_zero())
+          loaded_.push_back({face, static_cast<Index>(c)});
+        if (is_open(data.type) && data.backflow) backflow_.push_back({face, static_cast<Index>(c)});
       }
     }
   }
-  agree_on_error(mesh.comm,
-                 static_cast<ExitCode>(mesh.comm.max(static_cast<GlobalIndex>(error.empty() ? ExitCode::ok : code))),
-                 error);
+  agree_on_error(mesh.comm, ExitCode::usage, error);
+  oblique = mesh.comm.any(oblique);
+  if (oblique) slip_normals_ = wall_normals(mesh, slip);
+  {
+    // Slip walls along the axes give components of the velocity; where some wall is oblique, its nodes tell which.
+    LocalArray key(keys), aligned(aligned_keys);
+    if (oblique) {
+      std::fill_n(aligned.data(), unknowns, 0.0);
+      for (const NodeNormals& at : slip_normals_)
+        for (const Vec3& normal : at.normals)
+          if (const int axis = axis_of(normal); axis >= 0)
+            aligned[4 * static_cast<std::size_t>(at.node) + axis] = key_of(BoundaryType::slip, 0);
+    }
+    for (std::size_t k = 0; k < unknowns; ++k) key[k] = std::max(key[k], aligned[k]);
+  }
   FBI_PETSC(VecGhostUpdateBegin(keys, MAX_VALUES, SCATTER_REVERSE));
   FBI_PETSC(VecGhostUpdateEnd(keys, MAX_VALUES, SCATTER_REVERSE));
   update_ghosts(keys);
@@ -138,26 +118,34 @@ Boundaries::Boundaries(const mesh::HexMesh& mesh, const BoundaryConditions& cond
     if (key[k] == 0) continue;
     is_dirichlet_[k] = 1;
     const Condition& condition = conditions_[condition_of(key[k])];
-    const BoundaryType type = condition.data.type;
-    const bool formula = type == BoundaryType::inflow || type == BoundaryType::mixed;
+    const bool formula = key[k] >= 2 * key_step && key[k] < 4 * key_step;  // inflow or mixed
     given_.push_back({k, formula ? &*condition.data.velocity[k % 4] : nullptr, &condition.name});
     timed = timed || (formula && given_.back().formula->depends_on_time());
   }
   given_value_.assign(given_.size(), 0.0);
+  for (const NodeNormals& at : slip_normals_) {
+    NodeNormals leaning{at.node};
+    for (const Vec3& normal : at.normals)
+      if (axis_of(normal) < 0) leaning.normals.push_back(normal);
+    NormalConstraint constraint = make_constraint(leaning, &is_dirichlet_[4 * static_cast<std::size_t>(at.node)]);
+    if (!constraint.direction.empty()) constraints_.push_back(std::move(constraint));
+  }
   has_timed_velocity_ = mesh.comm.any(timed);
 }
 
 void Boundaries::evaluate_traction(LoadedFace& loaded, double t, std::string& error) const {
   const Condition& condition = conditions_[loaded.condition];
-  const FacePoints at = points(loaded.face);
+  const FacePoints at = face_points(mesh_, loaded.face);
   loaded.load = {};
   for (int i = 0; i < 3; ++i) {
     if (condition.data.type == BoundaryType::mixed && condition.data.velocity[i].has_value()) continue;
     for (int q = 0; q < 4; ++q) {
-      const double h = condition.data.traction[i](at.position[q], t);
+      const bool pressure = condition.data.type == BoundaryType::pressure;
+      const double h = pressure ? -condition.data.pressure(at.position[q], t) * at.normal[q][i]
+                                : condition.data.traction[i](at.position[q], t);
       if (!std::isfinite(h))
-        error = log::format("traction on '%s' is not finite at (%g, %g, %g), t = %g", condition.name.c_str(),
-                            at.position[q][0], at.position[q][1], at.position[q][2], t);
+        error = log::format("%s on '%s' is not finite at (%g, %g, %g), t = %g", pressure ? "pressure" : "traction",
+                            condition.name.c_str(), at.position[q][0], at.position[q][1], at.position[q][2], t);
       for (int a = 0; a < 4; ++a) loaded.load[a][i] += at.weight[q] * at.shape[q][a] * h;
     }
   }
@@ -174,8 +162,9 @@ void Boundaries::set_time(double t) {
       error = log::format("velocity on '%s' is not finite at (%g, %g, %g), t = %g", name->c_str(), x[0], x[1], x[2], t);
   }
   for (LoadedFace& loaded : loaded_) {
-    const auto& traction = conditions_[loaded.condition].data.traction;
-    if (evaluated_ && std::none_of(traction.begin(), traction.end(), [](const auto& h) { return h.depends_on_time(); }))
+    const BoundaryCondition& data = conditions_[loaded.condition].data;
+    if (evaluated_ && !data.pressure.depends_on_time() &&
+        std::none_of(data.traction.begin(), data.traction.end(), [](const auto& h) { return h.depends_on_time(); }))
       continue;
     evaluate_traction(loaded, t, error);
   }
@@ -185,13 +174,37 @@ void Boundaries::set_time(double t) {
 
 void Boundaries::apply(double* u) const {
   for (std::size_t k = 0; k < given_.size(); ++k) u[given_[k].unknown] = given_value_[k];
+  for (const NormalConstraint& c : constraints_) {
+    Eigen::Map<Vec3> v(u + 4 * static_cast<std::size_t>(c.node));
+    for (std::size_t k = 0; k < c.direction.size(); ++k) v -= c.full[k].dot(v) * c.direction[k];
+  }
 }
 
 double Boundaries::largest_mismatch(const double* u) const {
   double largest = 0;
   for (std::size_t k = 0; k < given_.size(); ++k)
     largest = std::max(largest, std::abs(u[given_[k].unknown] - given_value_[k]));
+  for (const NormalConstraint& c : constraints_)
+    for (const Vec3& full : c.full)
+      largest = std::max(largest, std::abs(full.dot(Eigen::Map<const Vec3>(u + 4 * static_cast<std::size_t>(c.node)))));
   return largest;
+}
+
+void Boundaries::remove_normal(double* values, Index nodes) const {
+  for (const NormalConstraint& c : constraints_) {
+    if (c.node >= nodes) return;
+    Eigen::Map<Vec3> v(values + 4 * static_cast<std::size_t>(c.node));
+    v = c.without(v);
+  }
+}
+
+void Boundaries::set_normal(const double* from, double* to, Index nodes) const {
+  for (const NormalConstraint& c : constraints_) {
+    if (c.node >= nodes) return;
+    const Eigen::Map<const Vec3> source(from + 4 * static_cast<std::size_t>(c.node));
+    Eigen::Map<Vec3> target(to + 4 * static_cast<std::size_t>(c.node));
+    target = c.without(target) + source - c.without(source);
+  }
 }
 
 bool Boundaries::has_load() const {
@@ -218,14 +231,17 @@ void Boundaries::backflow_face(const FacePoints& at, double beta_density, const 
 void Boundaries::add_residual(const double* u, double* r) const {
   for (const LoadedFace& loaded : loaded_)
     for (int a = 0; a < 4; ++a)
-      for (int i = 0; i < 3; ++i) r[4 * static_cast<std::size_t>(face_node(loaded.face, a)) + i] -= loaded.load[a][i];
+      for (int i = 0; i < 3; ++i)
+        r[4 * static_cast<std::size_t>(face_node(mesh_, loaded.face, a)) + i] -= loaded.load[a][i];
   for (const LoadedFace& open : backflow_) {
     double values[12], out[12];
     for (int a = 0; a < 4; ++a)
-      for (int i = 0; i < 3; ++i) values[3 * a + i] = u[4 * static_cast<std::size_t>(face_node(open.face, a)) + i];
-    backflow_face(points(open.face), conditions_[open.condition].data.backflow_beta * density_, values, out);
+      for (int i = 0; i < 3; ++i)
+        values[3 * a + i] = u[4 * static_cast<std::size_t>(face_node(mesh_, open.face, a)) + i];
+    backflow_face(face_points(mesh_, open.face), conditions_[open.condition].data.backflow_beta * density_, values,
+                  out);
     for (int a = 0; a < 4; ++a)
-      for (int i = 0; i < 3; ++i) r[4 * static_cast<std::size_t>(face_node(open.face, a)) + i] += out[3 * a + i];
+      for (int i = 0; i < 3; ++i) r[4 * static_cast<std::size_t>(face_node(mesh_, open.face, a)) + i] += out[3 * a + i];
   }
 }
 
@@ -234,25 +250,27 @@ void Boundaries::add_tangent(const double* u, const double* x, double* y) const 
     Dual<double> values[12], out[12];
     for (int a = 0; a < 4; ++a)
       for (int i = 0; i < 3; ++i) {
-        const std::size_t k = 4 * static_cast<std::size_t>(face_node(open.face, a)) + i;
+        const std::size_t k = 4 * static_cast<std::size_t>(face_node(mesh_, open.face, a)) + i;
         values[3 * a + i] = {u[k], x[k]};
       }
-    backflow_face(points(open.face), conditions_[open.condition].data.backflow_beta * density_, values, out);
+    backflow_face(face_points(mesh_, open.face), conditions_[open.condition].data.backflow_beta * density_, values,
+                  out);
     for (int a = 0; a < 4; ++a)
       for (int i = 0; i < 3; ++i)
-        y[4 * static_cast<std::size_t>(face_node(open.face, a)) + i] += out[3 * a + i].derivative;
+        y[4 * static_cast<std::size_t>(face_node(mesh_, open.face, a)) + i] += out[3 * a + i].derivative;
   }
 }
 
 void Boundaries::visit_tangents(const double* u,
                                 const std::function<void(Index, const Corners&, const FaceMatrix&)>& visit) const {
   for (const LoadedFace& open : backflow_) {
-    const FacePoints at = points(open.face);
+    const FacePoints at = face_points(mesh_, open.face);
     Dual<double> values[12], out[12];
     FaceMatrix matrix;
     for (int column = 0; column < 12; ++column) {
       for (int k = 0; k < 12; ++k)
-        values[k] = {u[4 * static_cast<std::size_t>(face_node(open.face, k / 3)) + k % 3], k == column ? 1.0 : 0.0};
+        values[k] = {u[4 * static_cast<std::size_t>(face_node(mesh_, open.face, k / 3)) + k % 3],
+                     k == column ? 1.0 : 0.0};
       backflow_face(at, conditions_[open.condition].data.backflow_beta * density_, values, out);
       for (int k = 0; k < 12; ++k) matrix[k][column] = out[k].derivative;
     }
@@ -260,10 +278,48 @@ void Boundaries::visit_tangents(const double* u,
   }
 }
 
+Mat3 Boundaries::held_directions(const ConditionedFace& face, const FacePoints& at, int a) const {
+  const BoundaryCondition& data = conditions_[face.condition].data;
+  Mat3 held = Mat3::Zero();
+  if (data.type == BoundaryType::no_slip || data.type == BoundaryType::inflow) held.setIdentity();
+  if (data.type == BoundaryType::mixed)
+    for (int i = 0; i < 3; ++i) held(i, i) = data.velocity[i].has_value() ? 1 : 0;
+  if (data.type != BoundaryType::slip) return held;
+  // The wall's normal at the node: of the pieces that meet there, the one that the face belongs to.
+  const Vec3 own = at.area_vector(a).normalized();
+  Vec3 normal = own;
+  const Index node = face_node(mesh_, face.face, a);
+  const auto found = std::lower_bound(slip_normals_.begin(), slip_normals_.end(), node,
+                                      [](const NodeNormals& n, Index number) { return n.node < number; });
+  if (found != slip_normals_.end() && found->node == node)
+    normal = *std::max_element(found->normals.begin(), found->normals.end(),
+                               [&](const Vec3& m, const Vec3& n) { return m.dot(own) < n.dot(own); });
+  if (const int axis = axis_of(normal); axis >= 0) normal = Vec3::Unit(axis);
+  return normal * normal.transpose();
+}
+
+void Boundaries::visit_open_forces(
+    const double* u, const std::function<void(const mesh::HexMesh::LocalFace&, const FaceForce&)>& visit) const {
+  FaceForce force;
+  for (const LoadedFace& loaded : loaded_) {
+    for (int a = 0; a < 4; ++a) force[a] = -Eigen::Map<const Vec3>(loaded.load[a].data());
+    visit(loaded.face, force);
+  }
+  for (const LoadedFace& open : backflow_) {
+    double values[12], out[12];
+    for (int k = 0; k < 12; ++k)
+      values[k] = u[4 * static_cast<std::size_t>(face_node(mesh_, open.face, k / 3)) + k % 3];
+    backflow_face(face_points(mesh_, open.face), conditions_[open.condition].data.backflow_beta * density_, values,
+                  out);
+    for (int a = 0; a < 4; ++a) force[a] = Eigen::Map<const Vec3>(out + 3 * a);
+    visit(open.face, force);
+  }
+}
+
 void Boundaries::visit_open_faces(
     const std::function<void(Index, const Corners&, const FaceMass&, double)>& visit) const {
   for (const mesh::HexMesh::LocalFace& face : open_) {
-    const FacePoints at = points(face);
+    const FacePoints at = face_points(mesh_, face);
     FaceMass mass{};
     double area = 0;
     for (int q = 0; q < 4; ++q) {

@@ -1,4 +1,4 @@
-/// Boundary conditions of the fluid on one rank: given velocities, tractions and backflow stabilisation.
+/// Boundary conditions of the fluid on one rank: given velocities, slip walls, tractions and backflow stabilisation.
 #pragma once
 
 #include <array>
@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "fluid/face_points.hpp"
 #include "fluid/parameters.hpp"
+#include "fluid/wall_normals.hpp"
 #include "mesh/hex_mesh.hpp"
 
 namespace fbi::fluid {
@@ -15,21 +17,28 @@ namespace fbi::fluid {
 class Boundaries {
  public:
   /// On shared nodes no_slip beats inflow beats mixed beats slip, component by component; among equals the name that
-  /// sorts first wins. Throws Error(usage) for a name the mesh does not have or an incomplete inflow, Error(geometry)
-  /// for a slip set with a face that is not normal to an axis. Collective.
+  /// sorts first wins. Slip walls along the axes give a component; on others the velocity along the normals of the
+  /// node is zero, one normal for each smooth piece of wall that meets there. Throws Error(usage) for a name the mesh
+  /// does not have or an incomplete inflow. Collective.
   Boundaries(const mesh::HexMesh& mesh, const BoundaryConditions& conditions, double density);
   Boundaries(const Boundaries&) = delete;
   Boundaries& operator=(const Boundaries&) = delete;
 
   /// 1 for given unknowns, shape=(nodes,4).
   const std::vector<char>& is_dirichlet() const { return is_dirichlet_; }
+  /// Zero normal velocities that are not single components, ascending local nodes.
+  const std::vector<NormalConstraint>& constraints() const { return constraints_; }
   /// Some given velocity depends on time, on some rank.
   bool has_timed_velocity() const { return has_timed_velocity_; }
   /// Evaluates velocities and tractions at time t; formulas without t only once. Throws Error(diverged) for a value
   /// that is not finite. Collective.
   void set_time(double t);
-  /// u = given values in Dirichlet unknowns.
+  /// u = given values in Dirichlet unknowns, no velocity along the normals of slip walls.
   void apply(double* u) const;
+  /// Takes the parts along the constrained normals out of the first `nodes` local nodes, shape=(nodes,4).
+  void remove_normal(double* values, Index nodes) const;
+  /// Parts of `to` along the constrained normals = those of `from`, both shape=(nodes,4).
+  void set_normal(const double* from, double* to, Index nodes) const;
   /// Largest |u - given value| over Dirichlet unknowns of this rank [length/time].
   double largest_mismatch(const double* u) const;
   /// Some traction of this rank is not zero at the time set.
@@ -46,6 +55,22 @@ class Boundaries {
   void visit_tangents(const double* u,
                       const std::function<void(Index, const Corners&, const FaceMatrix&)>& visit) const;
 
+  /// A face that carries a condition (a number known to this class).
+  struct ConditionedFace {
+    mesh::HexMesh::LocalFace face;
+    Index condition;
+  };
+  /// All of them; a face of two sets appears once for each.
+  const std::vector<ConditionedFace>& faces() const { return faces_; }
+  /// Projector on the velocities that this condition holds at corner a of the face: those along which the face can
+  /// exert a force that is not known beforehand.
+  Mat3 held_directions(const ConditionedFace& face, const FacePoints& at, int a) const;
+  /// Calls visit(face, force) with the force of the fluid on what is outside of a face with traction, pressure or
+  /// backflow, at each corner [force].
+  using FaceForce = std::array<Vec3, 4>;
+  void visit_open_forces(const double* u,
+                         const std::function<void(const mesh::HexMesh::LocalFace&, const FaceForce&)>& visit) const;
+
   /// Calls visit(cell, corners, m, area) with m = int N_a N_b for every face whose normal velocity is not given.
   using FaceMass = std::array<std::array<double, 4>, 4>;
   void visit_open_faces(const std::function<void(Index, const Corners&, const FaceMass&, double)>& visit) const;
@@ -55,18 +80,11 @@ class Boundaries {
     std::string name;
     BoundaryCondition data;
   };
-  struct FacePoints {  // at the 2 x 2 Gauss points
-    std::array<std::array<double, 4>, 4> shape;
-    std::array<Vec3, 4> position, normal;  // unit normals, outwards
-    std::array<double, 4> weight;
-  };
   struct LoadedFace {
     mesh::HexMesh::LocalFace face;
     Index condition;
     std::array<std::array<double, 3>, 4> load{};  // int N_a h
   };
-  FacePoints points(const mesh::HexMesh::LocalFace& face) const;
-  Index face_node(const mesh::HexMesh::LocalFace& face, int a) const;
   bool leaves_normal_open(const BoundaryCondition& data, const mesh::HexMesh::LocalFace& face) const;
   void evaluate_traction(LoadedFace& face, double t, std::string& error) const;
   template <class T>
@@ -83,6 +101,9 @@ class Boundaries {
   };
   std::vector<Given> given_;  // ascending unknowns
   std::vector<double> given_value_;
+  std::vector<NodeNormals> slip_normals_;  // empty when all slip walls lie along the axes
+  std::vector<NormalConstraint> constraints_;
+  std::vector<ConditionedFace> faces_;
   std::vector<LoadedFace> loaded_;
   std::vector<LoadedFace> backflow_;
   std::vector<mesh::HexMesh::LocalFace> open_;

@@ -118,8 +118,9 @@ void FluidField::Implementation::compute_pressure_is_free() {
   }
   add_ghosts(sum);
   LocalArray s(sum);
+  for (std::size_t k = 0; k < owned(); ++k) scale = std::max(scale, std::abs(s[k]));
+  boundaries.remove_normal(s.data(), mesh.owned_nodes);
   for (std::size_t k = 0; k < owned(); ++k) {
-    scale = std::max(scale, std::abs(s[k]));
     if (k % 4 != 3 && !boundaries.is_dirichlet()[k]) largest = std::max(largest, std::abs(s[k]));
   }
   pressure_is_free = mesh.comm.max(largest) <= 1e-10 * mesh.comm.max(scale);
@@ -299,6 +300,7 @@ void FluidField::residual(Vec r) {
   PetscScalar* out = nullptr;
   FBI_PETSC(VecGetArrayWrite(r, &out));
   for (std::size_t k = 0; k < f.owned(); ++k) out[k] = f.boundaries.is_dirichlet()[k] ? 0.0 : s[k];
+  f.boundaries.remove_normal(out, f.mesh.owned_nodes);
   FBI_PETSC(VecRestoreArrayWrite(r, &out));
 }
 
@@ -310,6 +312,18 @@ void FluidField::reactions(Vec r) {
   FBI_PETSC(VecGetArrayWrite(r, &out));
   std::copy_n(s.data(), f.owned(), out);
   FBI_PETSC(VecRestoreArrayWrite(r, &out));
+}
+
+void FluidField::internal_forces(Vec r) {
+  Implementation& f = *implementation_;
+  {
+    LocalArray u(f.iterate), s(f.sum);
+    std::fill_n(s.data(), f.unknowns(), 0.0);
+    f.cells.add_residual(u.data(), f.rest.data(), s.data());
+  }
+  add_ghosts(f.sum);
+  LocalArray s(f.sum), out(r);
+  std::copy_n(s.data(), f.owned(), out.data());
 }
 
 void FluidField::linearize() {
@@ -327,6 +341,7 @@ void FluidField::apply_jacobian(Vec x, Vec y) {
   {
     LocalArray w(f.work);
     for (std::size_t k = 0; k < f.owned(); ++k) w[k] = fixed[k] ? 0.0 : in[k];
+    f.boundaries.remove_normal(w.data(), f.mesh.owned_nodes);
   }
   update_ghosts(f.work);
   {
@@ -341,6 +356,7 @@ void FluidField::apply_jacobian(Vec x, Vec y) {
     PetscScalar* out = nullptr;
     FBI_PETSC(VecGetArrayWrite(y, &out));
     for (std::size_t k = 0; k < f.owned(); ++k) out[k] = fixed[k] ? in[k] : s[k];
+    f.boundaries.set_normal(in, out, f.mesh.owned_nodes);
     FBI_PETSC(VecRestoreArrayWrite(y, &out));
   }
   FBI_PETSC(VecRestoreArrayRead(x, &in));
@@ -367,6 +383,7 @@ linalg::MatHandle FluidField::assemble_jacobian() {
                                       for (int j = 0; j < 3; ++j)
                                         matrix.entry(cell, corners[a], corners[b], i, j) += m[3 * a + i][3 * b + j];
                               });
+  matrix.set_normals(f.boundaries.constraints());
   matrix.set_dirichlet(f.boundaries.is_dirichlet());
   return matrix.finish();
 }
@@ -411,6 +428,23 @@ double FluidField::sigma() const { return implementation_->sigma; }
 double FluidField::theta() const { return implementation_->theta; }
 Vec FluidField::iterate() { return implementation_->iterate; }
 Vec FluidField::accepted() { return implementation_->accepted; }
+const Boundaries& FluidField::boundaries() const { return implementation_->boundaries; }
+bool FluidField::has_normal_constraints() const { return !implementation_->boundaries.constraints().empty(); }
+Mat3 FluidField::free_directions(Index node) const {
+  const std::vector<NormalConstraint>& constraints = implementation_->boundaries.constraints();
+  const auto found = std::lower_bound(constraints.begin(), constraints.end(), node,
+                                      [](const NormalConstraint& c, Index n) { return c.node < n; });
+  Mat3 free = Mat3::Identity();
+  if (found != constraints.end() && found->node == node)
+    for (const Vec3& d : found->direction) free -= d * d.transpose();
+  return free;
+}
+void FluidField::remove_normal(double* values, Index nodes) const {
+  implementation_->boundaries.remove_normal(values, nodes);
+}
+void FluidField::set_normal(const double* from, double* to, Index nodes) const {
+  implementation_->boundaries.set_normal(from, to, nodes);
+}
 const std::vector<char>& FluidField::is_dirichlet() const { return implementation_->boundaries.is_dirichlet(); }
 bool FluidField::pressure_is_free() const { return implementation_->pressure_is_free; }
 const std::vector<double>& FluidField::lumped_volume() const { return implementation_->lumped_volume; }

@@ -15,12 +15,15 @@
 
 namespace fbi::fluid {
 
+class Boundaries;
+
 /// Velocity and pressure on a distributed mesh, four interleaved unknowns (vx, vy, vz, p) per node.
 ///
 /// Vectors are PETSc ghosted vectors of block size 4: owned nodes first, then ghosts, in the order of the mesh's local
 /// nodes. The equations of a step are R(u) = 0 at t_{n+1} with R of the stabilised weak form (internal minus external);
 /// a coupling adds M^T lambda to R. Rows of given velocity components are Dirichlet rows: R is zero there and the
-/// tangent is the identity.
+/// tangent is the identity. On slip walls that do not lie along the axes the same holds for the velocity along the
+/// normals of a node: the residual has no part along them, the tangent is P A P + (I - P) with P v = v - n (n.v).
 class FluidField {
  public:
   FluidField(const mesh::HexMesh& mesh, const FluidParameters& parameters, const BoundaryConditions& boundaries,
@@ -55,6 +58,9 @@ class FluidField {
   void residual(Vec r);
   /// The consistent nodal reactions: R(iterate) on all rows, Dirichlet rows included. Collective.
   void reactions(Vec r);
+  /// The same without tractions, pressures and backflow on faces: what cells and boundary exchange. Collective.
+  void internal_forces(Vec r);
+  const Boundaries& boundaries() const;
   /// Fixes the state at which apply_jacobian and the assembled tangents are taken: the iterate. Collective.
   void linearize();
   /// y = dR/du x for the exact tangent at fixed tau; identity in Dirichlet rows, Dirichlet columns dropped. Collective.
@@ -65,6 +71,14 @@ class FluidField {
 
   /// 1 for Dirichlet unknowns, 0 elsewhere, shape=(local nodes,4).
   const std::vector<char>& is_dirichlet() const;
+  /// Some node of this rank has a zero velocity along normals that are not axes.
+  bool has_normal_constraints() const;
+  /// P of a local node: the velocities that such normals leave free.
+  Mat3 free_directions(Index node) const;
+  /// values = P values: takes out the parts along such normals at the first `nodes` local nodes, shape=(nodes,4).
+  void remove_normal(double* values, Index nodes) const;
+  /// to = P to + (I - P) from, both shape=(nodes,4).
+  void set_normal(const double* from, double* to, Index nodes) const;
   /// No face leaves the pressure level open: the constant pressure mode is in the kernel; the mean must be fixed to
   /// zero.
   bool pressure_is_free() const;

@@ -51,6 +51,28 @@ void NodeMatrix::set_dirichlet(const std::vector<char>& is_dirichlet) {
         }
 }
 
+void NodeMatrix::set_normals(const std::vector<NormalConstraint>& constraints) {
+  if (constraints.empty()) return;
+  std::vector<const NormalConstraint*> at(row_start_.size() - 1, nullptr);
+  for (const NormalConstraint& c : constraints) at[c.node] = &c;
+  const auto remove = [](const NormalConstraint& c, double* values, std::size_t stride) {
+    const Vec3 v = c.without(Vec3(values[0], values[stride], values[2 * stride]));
+    for (int i = 0; i < 3; ++i) values[i * stride] = v[i];
+  };
+  for (std::size_t n = 0; n + 1 < row_start_.size(); ++n)
+    for (std::size_t k = row_start_[n]; k < row_start_[n + 1]; ++k) {
+      double* block = &values_[block_ * block_ * k];
+      const NormalConstraint* column = at[column_[k]];
+      for (std::size_t j = 0; at[n] != nullptr && j < block_; ++j) remove(*at[n], block + j, block_);
+      for (std::size_t i = 0; column != nullptr && i < block_; ++i) remove(*column, block + block_ * i, 1);
+      if (at[n] == nullptr || static_cast<Index>(n) != column_[k] || static_cast<Index>(n) >= mesh_.owned_nodes)
+        continue;
+      for (const Vec3& d : at[n]->direction)
+        for (int i = 0; i < 3; ++i)
+          for (int j = 0; j < 3; ++j) block[block_ * i + j] += d[i] * d[j];
+    }
+}
+
 linalg::MatHandle NodeMatrix::finish() {
   if (!matrix_) {
     const PetscInt b = static_cast<PetscInt>(block_), owned = b * mesh_.owned_nodes;

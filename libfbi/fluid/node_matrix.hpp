@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "fluid/wall_normals.hpp"
 #include "linalg/petsc.hpp"
 #include "mesh/hex_mesh.hpp"
 
@@ -23,6 +24,9 @@ class NodeMatrix {
   }
   /// Identity in the rows, zero in the columns of the unknowns with is_dirichlet = 1, shape=(local nodes, block).
   void set_dirichlet(const std::vector<char>& is_dirichlet);
+  /// Takes the constrained normals out of rows and columns of these nodes and puts the identity there; block >= 3.
+  /// Before set_dirichlet.
+  void set_normals(const std::vector<NormalConstraint>& constraints);
   /// The matrix with the values summed so far. Every call returns the same PETSc object with new values. Collective.
   linalg::MatHandle finish();
 

@@ -38,7 +38,8 @@ enum class BoundaryType {
   no_slip,   ///< zero velocity
   slip,      ///< zero normal velocity, zero tangential traction
   outflow,   ///< zero traction; optional backflow stabilisation
-  traction,  ///< traction given
+  traction,  ///< traction given; optional backflow stabilisation
+  pressure,  ///< traction -p n of a given pressure; optional backflow stabilisation
   mixed      ///< some velocity components given, traction on the others
 };
 
@@ -48,6 +49,7 @@ struct BoundaryCondition {
   /// Prescribed velocity per component [length/time]; for `mixed` a missing component carries the traction instead.
   std::array<std::optional<input::Expression>, 3> velocity{};
   input::VectorExpression traction{};  ///< h [force/area], for `traction` and the free components of `mixed`
+  input::Expression pressure{};        ///< p [force/area], for `pressure`
   bool backflow = false;               ///< adds -beta rho min(v.n,0) (w,v) on the face
   double backflow_beta = 0.5;          ///< in [0.5, 1]
 };

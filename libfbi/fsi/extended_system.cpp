@@ -86,16 +86,22 @@ bool ExtendedSystem::factorize() {
   if (coupling_ != nullptr) {
     const coupling::LocalM& m = coupling_->local_m();
     const std::vector<char>& dirichlet = fluid_.is_dirichlet();
+    const bool normals = fluid_.has_normal_constraints();
     for (std::size_t p = 0; p < m.row.size(); ++p)
-      for (Index k = m.begin[p]; k < m.begin[p + 1]; ++k)
+      for (Index k = m.begin[p]; k < m.begin[p + 1]; ++k) {
+        const Mat3 free = normals ? fluid_.free_directions(m.node[k]) : Mat3::Identity();
         for (int d = 0; d < 3; ++d) {
           const std::size_t local = 4 * static_cast<std::size_t>(m.node[k]) + d;
           if (dirichlet[local] != 0) continue;
           const PetscInt node = fluid_number(4 * mesh.node_number[m.node[k]] + d);
-          const PetscInt multiplier = multiplier_number(3 * m.row[p] + d);
-          add(node, multiplier, m.value[k]);
-          add(multiplier, node, m.value[k]);
+          for (int e = 0; e < 3; ++e) {
+            if (free(d, e) == 0.0) continue;
+            const PetscInt multiplier = multiplier_number(3 * m.row[p] + e);
+            add(node, multiplier, free(d, e) * m.value[k]);
+            add(multiplier, node, free(d, e) * m.value[k]);
+          }
         }
+      }
     for (Index f = 0; f < interface_->fibers(); ++f) {
       const Index first = interface_->first_row_of(f), count = interface_->first_row_of(f + 1) - first;
       for (Index a = 0; a < 3 * count; ++a)

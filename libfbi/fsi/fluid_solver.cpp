@@ -93,6 +93,8 @@ void FluidSolver::add_spread(const std::vector<double>& lambda, Vec r, bool diri
   }
   FBI_PETSC(VecGhostUpdateBegin(ghosted_, ADD_VALUES, SCATTER_REVERSE));
   FBI_PETSC(VecGhostUpdateEnd(ghosted_, ADD_VALUES, SCATTER_REVERSE));
+  if (!dirichlet_rows && fluid_.has_normal_constraints())
+    fluid_.remove_normal(Write(ghosted_).get(), fluid_.mesh().owned_nodes);
   Read force(ghosted_);
   Write residual(r);
   const std::vector<char>& dirichlet = fluid_.is_dirichlet();
@@ -110,6 +112,7 @@ void FluidSolver::apply_operator(Vec x, Vec y) {
       const std::vector<char>& dirichlet = fluid_.is_dirichlet();
       const std::size_t owned = 4 * static_cast<std::size_t>(fluid_.mesh().owned_nodes);
       for (std::size_t k = 0; k < owned; ++k) to.get()[k] = dirichlet[k] != 0 ? 0.0 : from.get()[k];
+      fluid_.remove_normal(to.get(), fluid_.mesh().owned_nodes);
     }
     FBI_PETSC(VecGhostUpdateBegin(ghosted_, INSERT_VALUES, SCATTER_FORWARD));
     FBI_PETSC(VecGhostUpdateEnd(ghosted_, INSERT_VALUES, SCATTER_FORWARD));
@@ -131,6 +134,7 @@ void FluidSolver::velocity_block(const double* r, double* x) {
       const std::size_t k = 4 * static_cast<std::size_t>(a) + i;
       x[k] = weight[3 * static_cast<std::size_t>(a) + i] * r[k];
     }
+  fluid_.remove_normal(x, owned);
   if (coupling_ == nullptr || coupling_->global_rows() == 0) return;
   {
     Write to(ghosted_);
@@ -158,6 +162,7 @@ void FluidSolver::velocity_block(const double* r, double* x) {
       const std::size_t k = 4 * static_cast<std::size_t>(a) + i;
       x[k] -= weight[3 * static_cast<std::size_t>(a) + i] * force.get()[k];
     }
+  fluid_.remove_normal(x, owned);
 }
 
 void FluidSolver::apply_preconditioner(Vec r, Vec x) {
@@ -214,6 +219,7 @@ void FluidSolver::apply_preconditioner(Vec r, Vec x) {
       const std::size_t k = 4 * static_cast<std::size_t>(a) + i;
       u.get()[k] = dirichlet[k] != 0 ? right.get()[k] : u.get()[k] + correction.get()[k];
     }
+  fluid_.set_normal(right.get(), u.get(), owned);
 }
 
 void FluidSolver::renew_pressure() {

@@ -93,6 +93,7 @@ class System {
   /// The coupling force w f_{n+1} + (1-w) f_n in the fibers' equation of the last accepted step, shape=(fiber nodes,6).
   const std::vector<double>& last_force() const { return last_force_; }
   std::vector<double>& lambda_old() { return lambda_old_; }      ///< lambda_n
+  const std::vector<double>& lambda_old() const { return lambda_old_; }
   std::vector<double>& lambda_older() { return lambda_older_; }  ///< lambda_{n-1}
 
  private:

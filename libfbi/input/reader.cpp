@@ -208,6 +208,25 @@ void Reader::pair(const Field& f, std::array<double, 2>& value, const Range& ran
   for (int i = 0; i < 2; ++i) real(node->items[i], path + "[" + std::to_string(i) + "]", value[i], range);
 }
 
+void Reader::texts(const Field& f, std::vector<std::string>& value) {
+  std::string path;
+  const Node* node = take(f, path);
+  if (!node) return;
+  if (node->kind != Node::Kind::list) {
+    complain(*node, path, "must be a list [...] of texts, not " + node->description());
+    return;
+  }
+  value.clear();
+  for (std::size_t i = 0; i < node->items.size(); ++i) {
+    const Node& item = node->items[i];
+    positions_[path + "[" + std::to_string(i) + "]"] = item.position;
+    if (item.kind == Node::Kind::text)
+      value.push_back(item.text);
+    else
+      complain(item, path + "[" + std::to_string(i) + "]", "must be text in quotes, not " + item.description());
+  }
+}
+
 void Reader::vector(const Field& f, Vec3& value, const Range& range) {
   std::string path;
   const Node* node = take_list(f, path, 3, "numbers");
@@ -242,6 +261,12 @@ void Reader::vectors(const Field& f, std::vector<Vec3>& values) {
     for (int i = 0; i < 3; ++i) real(item.items[i], place + "[" + std::to_string(i) + "]", value[i], any_number());
     values.push_back(value);
   }
+}
+
+void Reader::formula(const Field& f, Expression& value) {
+  std::string path;
+  const Node* node = take(f, path);
+  if (node) formula(*node, path, value);
 }
 
 void Reader::formulas(const Field& f, VectorExpression& value) {

@@ -21,9 +21,11 @@ class Reader final : public Visitor {
   void integer(const Field& f, Index& value, const Range& range) override;
   void text(const Field& f, std::string& value) override;
   void pair(const Field& f, std::array<double, 2>& value, const Range& range) override;
+  void texts(const Field& f, std::vector<std::string>& value) override;
   void vector(const Field& f, Vec3& value, const Range& range) override;
   void integers(const Field& f, std::array<Index, 3>& value, const Range& range) override;
   void vectors(const Field& f, std::vector<Vec3>& values) override;
+  void formula(const Field& f, Expression& value) override;
   void formulas(const Field& f, VectorExpression& value) override;
   void partial_formulas(const Field& f, std::array<std::optional<Expression>, 3>& value) override;
   void word(const Field& f, std::size_t& chosen, const std::vector<Word>& words) override;

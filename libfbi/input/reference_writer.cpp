@@ -40,6 +40,7 @@ class ReferenceWriter final : public Visitor {
   void pair(const Field& f, std::array<double, 2>& value, const Range& range) override {
     row(f, "2 numbers" + bounds(range), code("[" + number_text(value[0]) + ", " + number_text(value[1]) + "]"));
   }
+  void texts(const Field& f, std::vector<std::string>&) override { row(f, "list of texts", ""); }
   void vector(const Field& f, Vec3& value, const Range& range) override {
     row(f, "3 numbers" + bounds(range), three(number_text(value[0]), number_text(value[1]), number_text(value[2])));
   }
@@ -48,6 +49,7 @@ class ReferenceWriter final : public Visitor {
         three(std::to_string(value[0]), std::to_string(value[1]), std::to_string(value[2])));
   }
   void vectors(const Field& f, std::vector<Vec3>&) override { row(f, "list of 3 numbers each", ""); }
+  void formula(const Field& f, Expression& value) override { row(f, "formula", code(value.text())); }
   void formulas(const Field& f, VectorExpression& value) override {
     row(f, "3 formulas", three(value[0].text(), value[1].text(), value[2].text()));
   }

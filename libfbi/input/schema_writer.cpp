@@ -45,6 +45,9 @@ class SchemaWriter final : public Visitor {
     if (f.has_default && !f.is_required) schema["default"] = value;
     add(f, schema);
   }
+  void texts(const Field& f, std::vector<std::string>&) override {
+    add(f, {{"type", "array"}, {"items", {{"type", "string"}}}});
+  }
   void vector(const Field& f, Vec3& value, const Range& range) override {
     Json schema = three(number_schema(range));
     if (f.has_default && !f.is_required) schema["default"] = {value[0], value[1], value[2]};
@@ -58,6 +61,7 @@ class SchemaWriter final : public Visitor {
   void vectors(const Field& f, std::vector<Vec3>&) override {
     add(f, {{"type", "array"}, {"items", three(number_schema(any_number()))}});
   }
+  void formula(const Field& f, Expression&) override { add(f, {{"type", {"number", "string"}}}); }
   void formulas(const Field& f, VectorExpression&) override { add(f, three({{"type", {"number", "string"}}})); }
   void partial_formulas(const Field& f, std::array<std::optional<Expression>, 3>&) override {
     add(f, three({{"type", {"number", "string", "null"}}}));

@@ -96,11 +96,15 @@ class Visitor {
   virtual void text(const Field& f, std::string& value) = 0;
   /// Two numbers.
   virtual void pair(const Field& f, std::array<double, 2>& value, const Range& range = {}) = 0;
+  /// A list of texts.
+  virtual void texts(const Field& f, std::vector<std::string>& value) = 0;
   /// Three numbers.
   virtual void vector(const Field& f, Vec3& value, const Range& range = {}) = 0;
   virtual void integers(const Field& f, std::array<Index, 3>& value, const Range& range = {}) = 0;
   /// A list of points of three numbers each.
   virtual void vectors(const Field& f, std::vector<Vec3>& values) = 0;
+  /// A formula of x, y, z, t.
+  virtual void formula(const Field& f, Expression& value) = 0;
   /// Three formulas of x, y, z, t.
   virtual void formulas(const Field& f, VectorExpression& value) = 0;
   /// Three formulas; null leaves a component out.
