@@ -74,9 +74,9 @@ void check_parts(Visitor& v, const CaseParameters& p) {
                                     std::to_string(j) + "]; names must differ");
         break;
       }
-    if (!p.channel) continue;
+    if (!p.channel && !p.mesh) continue;
     std::vector<std::string> known;
-    for (const auto& [name, condition] : p.channel->boundaries) known.push_back(name);
+    for (const auto& [name, condition] : p.channel ? p.channel->boundaries : p.mesh->boundaries) known.push_back(name);
     for (std::size_t j = 0; j < p.output.forces[i].faces.size(); ++j) {
       const std::string& face = p.output.forces[i].faces[j];
       if (std::find(known.begin(), known.end(), face) == known.end())
