@@ -53,41 +53,48 @@ Index BeamField::moving_fibers() const { return implementation_->moving; }
 
 void BeamField::initialize(const std::vector<double>& force) {
   Implementation& b = *implementation_;
-  if (b.parameters.scheme == TimeScheme::static_) return;
+  b.at_start = true;
   b.level = Level();
+  b.set_initial_velocity();
+  for (Index f = 0; f < b.mesh.fibers(); ++f)
+    if (b.fibers[f].prescribed) b.begin_step(f);
+  b.dofs_n = b.dofs;
+  if (b.parameters.scheme == TimeScheme::static_) return;
   for (Index f = 0; f < b.mesh.fibers(); ++f) {
     const Fiber& fiber = b.fibers[f];
     if (fiber.formulation == nullptr) continue;
-    b.evaluate(f, false);
-    const std::size_t first = fiber.first_dof(), size = static_cast<std::size_t>(fiber.dofs());
-    for (std::size_t i = first; i < first + size; ++i)
-      b.acceleration_n[i] = (force.empty() ? 0.0 : force[i]) - b.full[i];
-    b.assemble_mass(f);
-    b.factorize(f);
-    b.solve(f, &b.acceleration_n[first], 1);
-    std::copy_n(&b.internal[first], size, &b.internal_n[first]);
-    std::copy_n(&b.external[first], size, &b.external_n[first]);
+    b.balance_at_start(f, force.empty() ? nullptr : &force[fiber.first_dof()]);
   }
+  b.dofs = b.dofs_n;
+  b.velocity = b.velocity_n;
   b.acceleration = b.acceleration_n;
 }
 
 void BeamField::begin_step(double time, double dt) {
   Implementation& b = *implementation_;
   b.level = Level();
+  b.level.time = time;
+  const bool dynamic = b.parameters.scheme != TimeScheme::static_;
+  if (dynamic && b.at_start) b.start_moving_supports(dt);
   b.evaluated = false;
   b.dofs = b.dofs_n;
   b.velocity = b.velocity_n;
   b.acceleration = b.acceleration_n;
-  const bool dynamic = b.parameters.scheme == TimeScheme::generalized_alpha;
   b.loads.evaluate(time, dynamic ? 1.0 : time, b.load_values);
-  if (!dynamic) return;
-  b.level.dynamic = true;
-  b.level.dt = dt;
+  b.level.dynamic = dynamic;
+  b.level.dt = dynamic ? dt : 0.0;
+  if (!dynamic) {
+    for (Index f = 0; f < b.mesh.fibers(); ++f) b.begin_step(f);
+    return;
+  }
+  b.level.conserving = b.parameters.scheme == TimeScheme::midpoint;
   b.level.internal = 1 - b.scheme.alpha_f;
   b.level.previous = b.scheme.alpha_f;
   b.level.inertia = b.scheme.inertia_per_displacement(dt);
-  for (Index f = 0; f < b.mesh.fibers(); ++f)
+  for (Index f = 0; f < b.mesh.fibers(); ++f) {
+    b.begin_step(f);
     if (!is_fixed(f)) predict(b, f);
+  }
 }
 
 double BeamField::velocity_per_displacement() const {
@@ -129,9 +136,10 @@ void BeamField::solve(Index fiber, double* b) const {
 }
 
 void BeamField::remove_constrained(std::vector<double>& force) const {
-  for (const Fiber& fiber : implementation_->fibers) {
+  for (Index f = 0; f < implementation_->mesh.fibers(); ++f) {
+    const Fiber& fiber = implementation_->fibers[f];
     if (fiber.formulation != nullptr)
-      fiber.project(&force[fiber.first_dof()]);
+      implementation_->project(f, &force[fiber.first_dof()]);
     else
       std::fill_n(force.begin() + static_cast<std::ptrdiff_t>(fiber.first_dof()), fiber.dofs(), 0.0);
   }
@@ -185,6 +193,8 @@ void BeamField::accept_step() {
     for (std::size_t i = first; i < first + static_cast<std::size_t>(fiber.dofs()); ++i)
       b.work_n[i] += 0.5 * (b.external_n[i] + b.external[i]) * (b.dofs[i] - b.dofs_n[i]);
   }
+  b.accept_bodies_and_frames();
+  b.at_start = false;
   b.dofs_n = b.dofs;
   b.velocity_n = b.velocity;
   b.acceleration_n = b.acceleration;
@@ -205,13 +215,16 @@ std::vector<double> BeamField::reactions(const std::vector<double>& force) const
   std::vector<double> reaction(b.full.size(), 0.0);
   for (const Fiber& fiber : b.fibers) {
     if (fiber.formulation == nullptr) continue;
-    for (const Index node : {Index(0), static_cast<Index>(fiber.nodes - 1)}) {
-      const NodeConstraint& constraint = node == 0 ? fiber.start : fiber.end;
-      if (!constraint.active()) continue;
-      const std::size_t dof = fiber.first_dof() + 6 * static_cast<std::size_t>(node);
+    const Index f = static_cast<Index>(&fiber - b.fibers.data());
+    if (b.is_rigid(f)) {
+      b.rigid_reaction(f, force.empty() ? nullptr : &force[fiber.first_dof()], &reaction[fiber.first_dof()]);
+      continue;
+    }
+    for (const NodeSupport& support : fiber.supports) {
+      const std::size_t dof = fiber.first_dof() + 6 * static_cast<std::size_t>(support.node);
       double all[6], free[6];
       for (int k = 0; k < 6; ++k) all[k] = free[k] = b.full[dof + k] - (force.empty() ? 0.0 : force[dof + k]);
-      constraint.project(free);
+      support.constraint.project(free);
       for (int k = 0; k < 6; ++k) reaction[dof + k] = all[k] - free[k];
     }
   }
@@ -241,8 +254,10 @@ Energy BeamField::energy() const {
   ElementMatrix mass;
   for (const Fiber& fiber : b.fibers) {
     if (fiber.formulation == nullptr) continue;
+    const Index f = static_cast<Index>(&fiber - b.fibers.data());
+    if (b.is_rigid(f)) energy.kinetic += b.rigid[f].kinetic_energy(b.rigid_state(f));
     ElementProperties element = fiber.section;
-    for (Index e = 0; e + 1 < fiber.nodes; ++e) {
+    for (Index e = 0; e + 1 < fiber.nodes && !b.is_rigid(f); ++e) {
       element.length = b.element_length(fiber)[e];
       const std::size_t dof = fiber.first_dof() + 6 * static_cast<std::size_t>(e);
       energy.internal += fiber.formulation->energy(element, &b.dofs_n[dof]);
@@ -261,7 +276,7 @@ double BeamField::highest_frequency() const {
   std::map<Index, ElementProperties> shortest;  // of each group: the shortest element is the stiffest
   for (Index f = 0; f < b.mesh.fibers(); ++f) {
     const Fiber& fiber = b.fibers[f];
-    if (fiber.formulation == nullptr) continue;
+    if (fiber.formulation == nullptr || b.is_rigid(f)) continue;
     ElementProperties element = fiber.section;
     element.length = *std::min_element(b.element_length(fiber), b.element_length(fiber) + fiber.nodes - 1);
     const auto [entry, is_new] = shortest.try_emplace(b.mesh.group[f], element);
@@ -283,12 +298,15 @@ double BeamField::highest_frequency() const {
 
 std::vector<std::pair<std::string, std::vector<double>*>> BeamField::state() {
   Implementation& b = *implementation_;
-  return {{"dofs", &b.dofs_n},
-          {"velocity", &b.velocity_n},
-          {"acceleration", &b.acceleration_n},
-          {"internal_force", &b.internal_n},
-          {"external_force", &b.external_n},
-          {"external_work", &b.work_n}};
+  std::vector<std::pair<std::string, std::vector<double>*>> list = {{"dofs", &b.dofs_n},
+                                                                    {"velocity", &b.velocity_n},
+                                                                    {"acceleration", &b.acceleration_n},
+                                                                    {"internal_force", &b.internal_n},
+                                                                    {"external_force", &b.external_n},
+                                                                    {"external_work", &b.work_n}};
+  if (!b.pose_n.empty()) list.insert(list.end(), {{"rigid_pose", &b.pose_n}, {"rigid_motion", &b.motion_n}});
+  if (!b.frames.last.empty()) list.push_back({"load_frame", &b.frames.last});
+  return list;
 }
 
 }  // namespace fbi::beam

@@ -48,7 +48,8 @@ class BeamField {
   const std::vector<double>& residual() const;
   /// Largest single force entering the residual (internal, inertial, external), for relative tests.
   double force_scale() const;
-  /// Size of the force that round-off leaves in the residual of the worst fiber: what no iteration can undercut [force].
+  /// Size of the force that round-off leaves in the residual of the worst fiber: what no iteration can undercut
+  /// [force].
   double round_off() const;
   /// x = K_b^-1 b for one fiber, b and x of shape=(6*nodes of the fiber); constrained entries of x are zero. In place.
   void solve(Index fiber, double* b) const;

@@ -32,18 +32,32 @@ std::vector<FiberParameters> with_sections(std::vector<FiberParameters> groups) 
 
 }  // namespace
 
-void Fiber::project(double* x, Index columns) const {
-  for (const bool at_start : {true, false}) {
-    const NodeConstraint& constraint = at_start ? start : end;
-    if (!constraint.active()) continue;
-    double* rows = x + (at_start ? 0 : 6 * static_cast<std::size_t>(nodes - 1) * columns);
+template <class Projection>
+static void project_nodes(const Fiber& fiber, double* x, Index columns, const Projection& projection) {
+  for (const NodeSupport& support : fiber.supports) {
+    double* rows = x + 6 * static_cast<std::size_t>(support.node) * columns;
     for (Index c = 0; c < columns; ++c) {
       double entries[6];
       for (int k = 0; k < 6; ++k) entries[k] = rows[static_cast<std::size_t>(k) * columns + c];
-      constraint.project(entries);
+      projection(support.constraint, entries);
       for (int k = 0; k < 6; ++k) rows[static_cast<std::size_t>(k) * columns + c] = entries[k];
     }
   }
+}
+
+void Fiber::project(double* x, Index columns) const {
+  project_nodes(*this, x, columns, [](const NodeConstraint& held, double* entries) { held.project(entries); });
+}
+
+void Fiber::project_increment(double* x, Index columns) const {
+  project_nodes(*this, x, columns,
+                [](const NodeConstraint& held, double* entries) { held.project_increment(entries); });
+}
+
+const NodeSupport* Fiber::support_at(Index node) const {
+  for (const NodeSupport& support : supports)
+    if (support.node == node) return &support;
+  return nullptr;
 }
 
 double FiberEquations::shortest_element(const Fiber& fiber) const {
@@ -55,10 +69,11 @@ FiberEquations::FiberEquations(const mesh::FiberMesh& fiber_mesh, const std::vec
     : mesh(fiber_mesh),
       groups(with_sections(fiber_groups)),
       parameters(time),
-      scheme(time.rho_inf),
+      scheme(time.scheme == TimeScheme::midpoint ? 1.0 : time.rho_inf),
       loads(mesh, groups, gravity),
       fibers(mesh.fibers()) {
   std::size_t band_total = 0;
+  bool any_motion = false;
   for (Index f = 0; f < mesh.fibers(); ++f) {
     const FiberParameters& group = groups[mesh.group[f]];
     Fiber& fiber = fibers[f];
@@ -68,12 +83,15 @@ FiberEquations::FiberEquations(const mesh::FiberMesh& fiber_mesh, const std::vec
     fiber.nodes = mesh.first_node[f + 1] - mesh.first_node[f];
     fiber.first_element = mesh.first_element(f);
     fiber.band = band_total;
+    fiber.prescribed = group.formulation == Formulation::prescribed;
     if (fiber.formulation == nullptr) continue;
     ++moving;
-    band_total += band_size(fiber.dofs());
-    const auto tangent = [this](Index node) { return Vec3(&mesh.tangent[3 * static_cast<std::size_t>(node)]); };
-    fiber.start = NodeConstraint(group.start, tangent(fiber.first_node));
-    fiber.end = NodeConstraint(group.end, tangent(fiber.first_node + fiber.nodes - 1));
+    fiber.supports = supports_of(group, mesh, f, parameters.scheme != TimeScheme::static_);
+    for (const NodeSupport& support : fiber.supports) fiber.moving_supports = fiber.moving_supports || support.moves();
+    any_motion = any_motion || fiber.moving_supports;
+    fiber.mass_damping = group.damping.mass;
+    fiber.stiffness_damping = group.damping.stiffness;
+    if (group.formulation != Formulation::rigid) band_total += band_size(fiber.dofs());
   }
   const std::size_t size = 6 * static_cast<std::size_t>(mesh.nodes());
   for (NodalField* field : {&velocity_n, &acceleration_n, &internal_n, &external_n, &work_n, &velocity, &acceleration,
@@ -86,6 +104,24 @@ FiberEquations::FiberEquations(const mesh::FiberMesh& fiber_mesh, const std::vec
       dofs_n[6 * node + 3 + k] = mesh.tangent[3 * node + k];
     }
   dofs = dofs_n;
+  if (any_motion) shift.assign(size, 0.0);
+  if (loads.has_followers()) frames.initialize(mesh);
+  if (std::any_of(groups.begin(), groups.end(),
+                  [](const FiberParameters& group) { return group.formulation == Formulation::rigid; })) {
+    pose_n.assign(size, 0.0);
+    motion_n.assign(size, 0.0);
+    rigid.resize(fibers.size());
+    for (Index f = 0; f < mesh.fibers(); ++f) {
+      const FiberParameters& group = groups[mesh.group[f]];
+      const Fiber& fiber = fibers[f];
+      if (group.formulation != Formulation::rigid) continue;
+      const std::size_t first = fiber.first_dof();
+      rigid[f] = RigidFiber(
+          {&dofs[first], &dofs[first] + fiber.dofs()}, {element_length(fiber), element_length(fiber) + fiber.nodes - 1},
+          fiber.section.mass_per_length, group.material.density * group.section.inertia, fiber.supports);
+      rigid[f].store(rigid[f].last, &pose_n[first], &motion_n[first]);
+    }
+  }
   scale.assign(fibers.size(), 0.0);
   round_off.assign(fibers.size(), 0.0);
   singular.assign(fibers.size(), 0);
@@ -97,10 +133,12 @@ FiberEquations::FiberEquations(const mesh::FiberMesh& fiber_mesh, const std::vec
 // Internal, inertial and external forces of one fiber, G_b = residual (supports projected out), K_b in the band on
 // request.
 void FiberEquations::evaluate(Index f, bool with_tangent) {
+  if (is_rigid(f)) return evaluate_rigid(f, with_tangent);
   const Fiber& fiber = fibers[f];
   const std::size_t first = fiber.first_dof(), size = static_cast<std::size_t>(fiber.dofs());
   std::fill_n(&internal[first], size, 0.0);
   std::fill_n(&full[first], size, 0.0);
+  std::copy_n(&load_values.dead[first], size, &external[first]);
   double* matrix = &band[fiber.band];
   if (with_tangent) std::fill_n(matrix, band_size(fiber.dofs()), 0.0);
 
@@ -115,54 +153,52 @@ void FiberEquations::evaluate(Index f, bool with_tangent) {
   for (Index e = 0; e + 1 < fiber.nodes; ++e) {
     element.length = element_length(fiber)[e];
     const std::size_t dof = first + 6 * static_cast<std::size_t>(e);
-    fiber.formulation->internal_force(element, &dofs[dof], force.data(), with_tangent ? tangent.data() : nullptr);
+    if (level.conserving)
+      fiber.formulation->conserving_force(element, &dofs_n[dof], &dofs[dof], force.data(),
+                                          with_tangent ? tangent.data() : nullptr);
+    else
+      fiber.formulation->internal_force(element, &dofs[dof], force.data(), with_tangent ? tangent.data() : nullptr);
+    if (parameters.scheme != TimeScheme::static_ && (fiber.mass_damping > 0.0 || fiber.stiffness_damping > 0.0))
+      add_viscous(fiber, element, dof, force, with_tangent ? &tangent : nullptr);
     for (int i = 0; i < element_dofs; ++i) {
       internal[dof + i] += force[i];
-      full[dof + i] += level.internal * force[i];
+      full[dof + i] += (level.conserving ? 1.0 : level.internal) * force[i];
     }
     enlarge(force.data(), element.length);
     enlarge(force.data() + 6, element.length);
-    if (with_tangent) tangent *= level.internal;
+    if (with_tangent && !level.conserving) tangent *= level.internal;
     if (level.dynamic) {
       fiber.formulation->mass(element, mass.data());
       for (int i = 0; i < element_dofs; ++i)
         rate[i] = (1 - scheme.alpha_m) * acceleration[dof + i] + scheme.alpha_m * acceleration_n[dof + i];
+      if (fiber.moving_supports)
+        for (int i = 0; i < element_dofs; ++i) rate[i] += shift[dof + i];
       force.noalias() = mass * rate;
       for (int i = 0; i < element_dofs; ++i) full[dof + i] += force[i];
       enlarge(force.data(), element.length);
       enlarge(force.data() + 6, element.length);
       if (with_tangent) tangent += level.inertia * mass;
     }
-    if (!with_tangent) continue;
-    for (int end = 0; end < 2; ++end) {
-      const Vec3& moment = load_values.moment[f][end];
-      if (e + end != (end == 0 ? 0 : fiber.nodes - 1) || moment.squaredNorm() == 0.0) continue;
-      tangent.block<3, 3>(6 * end + 3, 6 * end + 3) -=
-          level.internal * moment_force_tangent(moment, Vec3(&dofs[dof + 6 * end + 3]));
-    }
-    assemble_element(fiber, e, tangent);
+    if (!load_values.point[f].empty()) add_point_loads(f, e, with_tangent ? &tangent : nullptr);
+    if (with_tangent) assemble_element(fiber, e, tangent);
   }
 
-  std::copy_n(&load_values.dead[first], size, &external[first]);
-  for (int end = 0; end < 2; ++end) {
-    const std::size_t dof = first + (end == 0 ? 0 : size - 6) + 3;
-    const Vec3& moment = load_values.moment[f][end];
-    if (moment.squaredNorm() == 0.0) continue;
-    const Vec3 follower = moment_force(moment, Vec3(&dofs[dof]));
-    for (int k = 0; k < 3; ++k) external[dof + k] += follower[k];
-  }
   double coordinate = 0.0;
   for (std::size_t i = 0; i < size; i += 6) {
     enlarge(&external[first + i], shortest);
     for (int k = 0; k < 3; ++k) coordinate = std::fmax(coordinate, std::abs(dofs[first + i + k]));
   }
   for (std::size_t i = first; i < first + size; ++i) {
-    full[i] += level.previous * (internal_n[i] - external_n[i]) - level.internal * external[i];
+    const double internal_part = level.conserving ? 0.0 : level.previous * internal_n[i];
+    full[i] += internal_part - level.previous * external_n[i] - level.internal * external[i];
     residual[i] = full[i];
   }
   fiber.project(&residual[first]);
   scale[f] = largest;
-  const double stiffness = fiber.section.axial_stiffness + fiber.section.bending_stiffness / (shortest * shortest);
+  const double viscous = level.dynamic ? fiber.stiffness_damping * scheme.velocity_per_displacement(level.dt)
+                                       : 0.0;  // relative to elastic
+  const double stiffness =
+      (1 + viscous) * (fiber.section.axial_stiffness + fiber.section.bending_stiffness / (shortest * shortest));
   round_off[f] =
       4 * epsilon *
       (stiffness * (1 + coordinate / shortest) + level.inertia * fiber.section.mass_per_length * shortest * coordinate);
@@ -170,17 +206,17 @@ void FiberEquations::evaluate(Index f, bool with_tangent) {
 
 // Projects the supports out and adds the element matrix to the band.
 void FiberEquations::assemble_element(const Fiber& fiber, Index e, ElementMatrix& matrix) {
-  const bool at_end[2] = {e == 0, e + 2 == fiber.nodes};
-  const NodeConstraint* constraint[2] = {&fiber.start, &fiber.end};
+  const NodeSupport* support[2] = {fiber.support_at(e), fiber.support_at(e + 1)};
   double position_scale = 0.0, tangent_scale = 0.0;
   for (int k = 0; k < 3; ++k) {
     position_scale = std::fmax(position_scale, std::fmax(std::abs(matrix(k, k)), std::abs(matrix(6 + k, 6 + k))));
     tangent_scale = std::fmax(tangent_scale, std::fmax(std::abs(matrix(3 + k, 3 + k)), std::abs(matrix(9 + k, 9 + k))));
   }
   for (int end = 0; end < 2; ++end)
-    if (at_end[end]) constraint[end]->project_element(matrix.data(), end);
+    if (support[end] != nullptr) support[end]->constraint.project_element(matrix.data(), end);
   for (int end = 0; end < 2; ++end)
-    if (at_end[end]) constraint[end]->fill_element(matrix.data(), end, position_scale, tangent_scale);
+    if (support[end] != nullptr)
+      support[end]->constraint.fill_element(matrix.data(), end, position_scale, tangent_scale);
   double* target = &band[fiber.band];
   for (Index i = 0; i < element_dofs; ++i) {
     double* row = target + band_entry(6 * e + i, 6 * e);
@@ -208,6 +244,10 @@ void FiberEquations::assemble_mass(Index f) {
 
 bool FiberEquations::factorize(Index f) {
   const Fiber& fiber = fibers[f];
+  if (is_rigid(f)) {
+    singular[f] = !rigid[f].factorize();
+    return !singular[f];
+  }
   singular[f] = !band_factorize(&band[fiber.band], &pivot[fiber.first_dof()], fiber.dofs());
   return !singular[f];
 }
@@ -218,31 +258,47 @@ void FiberEquations::solve(Index f, double* b, Index columns) const {
     std::fill_n(b, static_cast<std::size_t>(fiber.dofs()) * columns, std::numeric_limits<double>::quiet_NaN());
     return;
   }
+  if (is_rigid(f)) return rigid[f].solve(b, columns);
   fiber.project(b, columns);
   band_solve(&band[fiber.band], &pivot[fiber.first_dof()], fiber.dofs(), b, columns);
-  fiber.project(b, columns);
+  fiber.project_increment(b, columns);
 }
 
 void FiberEquations::update_rates(const Fiber& fiber) {
-  if (!level.dynamic) return;
   const std::size_t first = fiber.first_dof();
+  const std::size_t f = static_cast<std::size_t>(&fiber - fibers.data());
+  if (is_rigid(static_cast<Index>(f))) {
+    rigid[f].update_rates(scheme, level.dt, fiber.supports.empty() ? nullptr : &fiber.supports.front());
+    rigid[f].fill(rigid[f].now, &dofs[first], &velocity[first], &acceleration[first]);
+    return;
+  }
+  for (const NodeSupport& support : fiber.supports)
+    if (support.moves()) support.place(&dofs[first + 6 * static_cast<std::size_t>(support.node)]);
+  if (!level.dynamic) return;
   for (std::size_t i = first; i < first + static_cast<std::size_t>(fiber.dofs()); ++i) {
     const double change = dofs[i] - dofs_n[i];
     velocity[i] = scheme.velocity(change, velocity_n[i], acceleration_n[i], level.dt);
     acceleration[i] = scheme.acceleration(change, velocity_n[i], acceleration_n[i], level.dt);
   }
+  for (const NodeSupport& support : fiber.supports) {
+    if (!support.moves()) continue;
+    const std::size_t dof = first + 6 * static_cast<std::size_t>(support.node);
+    support.set_rates(scheme, level.dt, &dofs_n[dof], &velocity_n[dof], &acceleration_n[dof], &dofs[dof],
+                      &velocity[dof], &acceleration[dof]);
+    support.shift(scheme, &dofs_n[dof], &velocity_n[dof], &acceleration_n[dof], &dofs[dof], &velocity[dof],
+                  &acceleration[dof], &shift[dof]);
+  }
 }
 
 void FiberEquations::add_increment(const Fiber& fiber, const double* delta, double factor) {
   const std::size_t first = fiber.first_dof(), size = static_cast<std::size_t>(fiber.dofs());
-  double ends[2][6];
-  std::copy_n(delta, 6, ends[0]);
-  std::copy_n(delta + size - 6, 6, ends[1]);
-  fiber.start.project(ends[0]);
-  fiber.end.project(ends[1]);
-  for (std::size_t i = 0; i < size; ++i) {
-    const double change = i < 6 ? ends[0][i] : i >= size - 6 ? ends[1][i - (size - 6)] : delta[i];
-    dofs[first + i] += factor * change;
+  const std::size_t f = static_cast<std::size_t>(&fiber - fibers.data());
+  if (is_rigid(static_cast<Index>(f))) {
+    rigid[f].turn_by(rigid[f].twist_of(delta), factor);
+  } else {
+    std::vector<double> change(delta, delta + size);
+    fiber.project_increment(change.data());
+    for (std::size_t i = 0; i < size; ++i) dofs[first + i] += factor * change[i];
   }
   update_rates(fiber);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,8 @@
 #include "beam/generalized_alpha.hpp"
 #include "beam/loads.hpp"
 #include "beam/parameters.hpp"
+#include "beam/rigid_fiber.hpp"
+#include "beam/supports.hpp"
 #include "mesh/fiber_mesh.hpp"
 
 namespace fbi::beam {
@@ -23,19 +26,28 @@ using ElementVector = Eigen::Matrix<double, element_dofs, 1>;
 struct Fiber {
   const ElementFormulation* formulation = nullptr;
   ElementProperties section;  // length is filled in for each element
-  NodeConstraint start, end;
+  std::vector<NodeSupport> supports;
+  bool prescribed = false;  // moves as formulas say
+  bool moving_supports = false;
+  double mass_damping = 0.0, stiffness_damping = 0.0;
   Index first_node = 0, nodes = 0, first_element = 0;
   std::size_t band = 0;  // where its matrix starts
 
   std::size_t first_dof() const { return 6 * static_cast<std::size_t>(first_node); }
   Index dofs() const { return 6 * nodes; }
-  /// Removes what supports hold from x, shape=(dofs,columns) row-major.
+  /// Removes what supports hold from forces or increments x, shape=(dofs,columns) row-major.
   void project(double* x, Index columns = 1) const;
+  void project_increment(double* x, Index columns = 1) const;
+  /// The support of a node, or null.
+  const NodeSupport* support_at(Index node) const;
 };
 
-/// Weights of one time level: G = M (inertia part) + internal (F - F_ext)_{n+1} + previous (F - F_ext)_n.
+/// Weights of one time level: G = M (inertia part) + internal (F - F_ext)_{n+1} + previous (F - F_ext)_n. The
+/// conserving scheme has one internal force F for the whole step in place of both.
 struct Level {
   bool dynamic = false;
+  bool conserving = false;
+  double time = 0.0;  // t_{n+1}
   double dt = 0.0;
   double internal = 1.0, previous = 0.0;
   double inertia = 0.0;  // d a_level/d d_{n+1} [1/time^2]
@@ -57,6 +69,11 @@ struct FiberEquations {
   NodalField dofs, velocity, acceleration, internal, external;
   NodalField residual, full;  // G_b with and without the projection of the supports
   LoadValues load_values;
+  Frames frames;                  // empty without follower loads
+  NodalField shift;               // accelerations of moved supports, NodeSupport::shift; empty without
+  std::vector<RigidFiber> rigid;  // one for each fiber when the case has rigid ones, else empty
+  NodalField pose_n, motion_n;    // their state at t_n: 12 numbers each of every rigid fiber; else empty
+  bool at_start = false;          // initialised at t = 0 and no step accepted yet
   Level level;
   bool evaluated = false;                // residual, internal and external belong to the iterate
   std::vector<double> scale, round_off;  // of each fiber: largest single force, level of round-off in the residual
@@ -68,6 +85,7 @@ struct FiberEquations {
                  const BeamTimeParameters& time, const Vec3& gravity);
 
   const double* element_length(const Fiber& fiber) const { return &mesh.element_length[fiber.first_element]; }
+  bool is_rigid(Index f) const { return !rigid.empty() && rigid[f].active; }
   double shortest_element(const Fiber& fiber) const;
 
   /// Internal, inertial and external forces of one fiber and from them `full` and `residual`; K_b in the band on
@@ -78,14 +96,36 @@ struct FiberEquations {
   void assemble_mass(Index f);
   /// Factorises the band of one fiber; false when it is singular or not finite.
   bool factorize(Index f);
+  /// Starts the step of one fiber: motion of supports, of prescribed and of rigid fibers.
+  void begin_step(Index f);
+  /// The formulas FiberParameters::velocity at t = 0.
+  void set_initial_velocity();
+  /// Gives moved supports their rates at t = 0, once the size of the first step is known.
+  void start_moving_supports(double dt);
+  /// Makes poses of rigid fibers and frames of follower loads those at t_n.
+  void accept_bodies_and_frames();
+  RigidFiber::State rigid_state(Index f) const;
+  /// What the support of a rigid fiber carries under the coupling force, shape=(dofs) or null, shape=(dofs).
+  void rigid_reaction(Index f, const double* force, double* reaction) const;
+  /// Rates of the supports and the acceleration that balances the forces on one fiber at t = 0, `force` of shape=(dofs)
+  /// or null.
+  void balance_at_start(Index f, const double* force);
   /// b = K_b^-1 b with supports projected out, b of shape=(dofs,columns) row-major; not a number where K_b is singular.
   void solve(Index f, double* b, Index columns) const;
   /// Velocity and acceleration that belong to the iterate.
   void update_rates(const Fiber& fiber);
+  /// Removes what supports hold, and for rigid fibers what rigidity carries, from nodal forces of shape=(dofs).
+  void project(Index f, double* force) const;
   /// Adds factor * delta, shape=(dofs), to the iterate.
   void add_increment(const Fiber& fiber, const double* delta, double factor);
 
  private:
+  void evaluate_rigid(Index f, bool with_tangent);
+  Vec3 rigid_loads(Index f, const LoadValues& values, const RigidFiber::State& state, double* forces) const;
+  void add_point_loads(Index f, Index e, ElementMatrix* tangent);
+  void add_viscous(const Fiber& fiber, const ElementProperties& element, std::size_t dof, ElementVector& force,
+                   ElementMatrix* tangent);
+  void place_prescribed(const Fiber& fiber);
   void assemble_element(const Fiber& fiber, Index e, ElementMatrix& matrix);
 };
 

@@ -28,6 +28,14 @@ class ElementFormulation {
                               double* tangent) const = 0;
   /// Consistent mass, shape=(12,12) row-major, symmetric.
   virtual void mass(const ElementProperties& element, double* mass) const = 0;
+  /// Internal force of the midpoint scheme for the step from the DoFs `q_n` to `q`, shape=(12) each, and its derivative
+  /// by `q`, shape=(12,12) row-major and not symmetric, or null. Unless a formulation has better: the average of both.
+  virtual void conserving_force(const ElementProperties& element, const double* q_n, const double* q, double* residual,
+                                double* tangent) const;
+  /// Force of stresses that are the stiffness times strain rates (time constant 1) at DoFs `q` with rates `v`, and its
+  /// derivatives by both, shape=(12,12) row-major, or null. Zero for formulations without.
+  virtual void viscous_force(const ElementProperties& element, const double* q, const double* v, double* force,
+                             double* by_q, double* by_v) const;
 };
 
 /// The formulation behind a name; null for fibers that have no equations.

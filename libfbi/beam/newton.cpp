@@ -53,7 +53,7 @@ struct Step {
     equations.evaluate(f, with_tangent);
     std::vector<double> b(size);
     for (std::size_t i = 0; i < size; ++i) b[i] = (force == nullptr ? 0.0 : force[i]) - equations.full[first + i];
-    if (is_finite(b)) fiber.project(b.data());
+    if (is_finite(b)) equations.project(f, b.data());
     return b;
   }
   void set(const std::vector<double>& dofs) const {
@@ -124,6 +124,7 @@ int in_portions(const Step& step) {
 }  // namespace
 
 void predict(FiberEquations& equations, Index f) {
+  if (equations.is_rigid(f)) return;  // has its own
   const Step step(equations, f, {});
   const auto largest_residual = [&] {
     equations.update_rates(step.fiber);
@@ -141,7 +142,7 @@ void predict(FiberEquations& equations, Index f) {
 int solve_fiber(FiberEquations& equations, Index fiber, const std::vector<double>& force) {
   const Step step(equations, fiber, force);
   const int iterations = newton(step, {}, 0.0);
-  return iterations >= 0 ? iterations : in_portions(step);
+  return iterations >= 0 || equations.is_rigid(fiber) ? iterations : in_portions(step);
 }
 
 }  // namespace fbi::beam

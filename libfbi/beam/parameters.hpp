@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,8 @@ namespace fbi::beam {
 enum class Formulation {
   torsion_free,   ///< geometrically exact Kirchhoff beam without torsion
   simo_reissner,  ///< geometrically exact beam with shear, torsion and rotary inertia; may be curved at rest
+  rigid,          ///< moves as one body
+  prescribed,     ///< moves as formulas say: no beam solve
   fixed           ///< does not move: no beam solve
 };
 
@@ -38,6 +41,7 @@ struct Material {
 enum class EndCondition {
   free,
   pinned,  ///< position fixed
+  guided,  ///< direction fixed as by `clamped`, position fixed along it: free to move across
   clamped  ///< position and tangent direction fixed (both tangent components normal to it; the stretch stays free)
 };
 
@@ -45,9 +49,24 @@ enum class EndCondition {
 enum class End { start, end };
 
 enum class LoadType {
-  force,   ///< point force at an end [force]
-  moment,  ///< point moment at an end [force length]
-  line     ///< dead line load per reference arc length [force/length]
+  force,   ///< point force [force]
+  moment,  ///< point moment [force length]
+  line     ///< line load per reference arc length [force/length]
+};
+
+/// What is held at an end or at another node of a fiber, and how that is moved. Formulas see the reference position.
+struct Support {
+  End at = End::start;
+  std::optional<double> arc_length;  ///< instead of `at`: where a node lies, in reference arc length [length]
+  EndCondition type = EndCondition::pinned;
+  std::optional<input::VectorExpression> motion;     ///< displacement of the held position, pinned or clamped [length]
+  std::optional<input::VectorExpression> direction;  ///< held direction (of any length), clamped
+};
+
+/// Viscous forces within a torsion-free fiber.
+struct Damping {
+  double mass = 0.0;       ///< a_M: force -a_M rho_b A v per length [1/time]
+  double stiffness = 0.0;  ///< a_K: stresses a_K E times the strain rate (Kelvin-Voigt) [time]
 };
 
 /// A load; value(x, y, z, t) is evaluated at the reference position. In statics t runs from 0 to 1 and scales nothing
@@ -56,6 +75,8 @@ struct Load {
   LoadType type = LoadType::force;
   End at = End::end;  ///< for force and moment
   input::VectorExpression value{};
+  std::optional<double> arc_length;  ///< instead of `at`: any point of the fiber [length]
+  bool follower = false;             ///< turns with the tangent: by the smallest rotations, step after step
 };
 
 /// Everything about one entry of "fibers" except its geometry.
@@ -67,9 +88,18 @@ struct FiberParameters {
   EndCondition start = EndCondition::free;
   EndCondition end = EndCondition::free;
   std::vector<Load> loads;
+  std::vector<Support> supports{};     ///< besides `start` and `end`
+  input::VectorExpression motion{};    ///< of a prescribed fiber: displacement of the reference position [length]
+  input::VectorExpression velocity{};  ///< at t = 0 of a fiber that has equations [length/time]
+  Damping damping{};
+  double displaced_density = 0.0;  ///< of the fluid whose weight is taken off that of the fiber; 0: no buoyancy
 };
 
-enum class TimeScheme { generalized_alpha, static_ };
+enum class TimeScheme {
+  generalized_alpha,
+  midpoint,  ///< conserves energy and momentum of torsion-free fibers
+  static_
+};
 
 struct BeamTimeParameters {
   TimeScheme scheme = TimeScheme::generalized_alpha;

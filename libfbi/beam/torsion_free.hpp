@@ -20,6 +20,14 @@ class TorsionFree final : public ElementFormulation {
                       double* tangent) const override;
   /// rho_b A int H_i H_j ds for each direction, integrated exactly.
   void mass(const ElementProperties& element, double* mass) const override;
+  /// Strains averaged, their gradients replaced by difference quotients: the work over a step is exactly the change of
+  /// the energy, and resultant and moment are zero (Simo, Tarnow 1992; Gonzalez 1996).
+  void conserving_force(const ElementProperties& element, const double* q_n, const double* q, double* residual,
+                        double* tangent) const override;
+  /// Kelvin-Voigt: EA and EI times the rates of strain and of the curvature vector seen from the turning tangent,
+  /// which is taken not to spin about itself.
+  void viscous_force(const ElementProperties& element, const double* q, const double* v, double* force, double* by_q,
+                     double* by_v) const override;
 };
 
 }  // namespace fbi::beam

@@ -90,7 +90,9 @@ Scene inspect(const Setup& setup) {
     scene.fiber_length = comm.max(longest);
     for (const FiberGroup& group : parameters.fibers) {
       scene.largest_radius = std::max(scene.largest_radius, group.physics.section.radius);
-      if (group.physics.formulation == beam::Formulation::fixed) continue;
+      if (group.physics.formulation != beam::Formulation::torsion_free &&
+          group.physics.formulation != beam::Formulation::simo_reissner)
+        continue;
       const double stiffness = group.physics.material.young * group.physics.section.inertia;
       scene.stiffness = scene.stiffness == 0.0 ? stiffness : std::min(scene.stiffness, stiffness);
     }
@@ -140,7 +142,7 @@ void print_scene(const Scene& scene, const Setup& setup) {
                 0.5 * density * scene.speed * scene.speed * 2.0 * scene.largest_radius *
                     std::pow(scene.fiber_length, 3) / scene.stiffness);
   }
-  if (scene.highest_frequency > 0.0 && dt > 0.0 && parameters.beam_time.scheme == beam::TimeScheme::generalized_alpha)
+  if (scene.highest_frequency > 0.0 && dt > 0.0 && parameters.beam_time.scheme != beam::TimeScheme::static_)
     log::info("fiber modes   highest omega dt = %.3g (implicit: no limit; above 1 it is not resolved)",
               scene.highest_frequency * dt);
   log::info("memory        about %s for all ranks together", memory_text(scene.memory).c_str());

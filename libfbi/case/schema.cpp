@@ -20,6 +20,9 @@ using namespace input;
 namespace {
 
 bool is_moving(const FiberGroup& group) { return group.physics.formulation != beam::Formulation::fixed; }
+bool has_equations(const FiberGroup& group) {
+  return is_moving(group) && group.physics.formulation != beam::Formulation::prescribed;
+}
 
 void check_parts(Visitor& v, const CaseParameters& p) {
   const bool fibers = !p.fibers.empty() || v.failed("fibers");
@@ -42,13 +45,21 @@ void check_parts(Visitor& v, const CaseParameters& p) {
     useless("time.fluid", "fluid");
     useless("solver", "fluid");
   }
+  if (!fluid) useless("buoyancy", "fluid");
+  if (fluid && fibers && p.gravity.squaredNorm() > 0.0 && !v.given("buoyancy") && !v.failed("buoyancy")) {
+    v.missing(
+        "buoyancy",
+        "missing key \"buoyancy\": with a fluid, say true (fibers weigh (rho_b - rho_f) g A, as bodies in a fluid "
+        "at rest do) or false (rho_b g A)");
+  }
   if (!fibers) {
+    useless("buoyancy", "fibers");
     useless("coupling", "fibers");
     useless("time.beam", "fibers");
     useless("gravity", "fibers (the fluid takes \"body_force\")");
   }
-  if (!fluid && !p.fibers.empty() && std::none_of(p.fibers.begin(), p.fibers.end(), is_moving)) {
-    v.error("fibers", "nothing to compute: there is no fluid and every fiber is fixed");
+  if (!fluid && !p.fibers.empty() && std::none_of(p.fibers.begin(), p.fibers.end(), has_equations)) {
+    v.error("fibers", "nothing to compute: there is no fluid and every fiber is fixed or prescribed");
   }
   for (std::size_t i = 0; i < p.fibers.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
@@ -133,7 +144,11 @@ void check_time(Visitor& v, CaseParameters& p) {
   if (!static_fibers) return;
   for (std::size_t i = 0; i < p.fibers.size(); ++i) {
     const beam::FiberParameters& fiber = p.fibers[i].physics;
-    if (fiber.start == beam::EndCondition::free && fiber.end == beam::EndCondition::free && is_moving(p.fibers[i])) {
+    if (fiber.formulation == beam::Formulation::rigid) {
+      v.error("fibers[" + std::to_string(i) + "].formulation",
+              "rigid fibers have no statics; set \"scheme\": \"generalized_alpha\" for time.beam");
+    } else if (fiber.start == beam::EndCondition::free && fiber.end == beam::EndCondition::free &&
+               fiber.supports.empty() && has_equations(p.fibers[i])) {
       v.error("fibers[" + std::to_string(i) + "]",
               "a free fiber has no static equilibrium; add for example \"clamped\": \"start\"");
     }
@@ -151,7 +166,16 @@ void describe_case(Visitor& v, CaseParameters& p) {
                     describe_mesh);
   v.list_of(field("fibers", "fibers and arrays of fibers; missing: fluid alone"), "Fibers", p.fibers,
             describe_fiber_group);
-  v.vector(field("gravity", "acceleration of the fibers, without buoyancy", "length/time^2"), p.gravity);
+  v.vector(field("gravity",
+                 "acceleration g of the fibers; the fluid takes it as body_force, which only shifts its "
+                 "pressure",
+                 "length/time^2"),
+           p.gravity);
+  v.flag(field("buoyancy",
+               "fibers weigh (rho_b - rho_f) g A instead of rho_b g A per length; to be said where gravity, fluid and "
+               "fibers meet")
+             .optional(),
+         p.buoyancy);
   v.object(field("coupling", "between fluid and fibers").optional(), "Coupling",
            [&](Visitor& inner) { describe_coupling(inner, p.coupling, p.scheme); });
   v.object(field("solver", "tolerances of the fluid and of the monolithic scheme").optional(), "Solver",

@@ -80,6 +80,7 @@ struct CaseParameters {
   std::optional<MeshFile> mesh;
   std::vector<FiberGroup> fibers;  ///< empty = fluid-only run
   Vec3 gravity = Vec3::Zero();     ///< acts on the fibers [length/time^2]
+  bool buoyancy = false;           ///< the weight of the displaced fluid is taken off that of the fibers
   coupling::CouplingParameters coupling;
   fsi::SchemeParameters scheme;
   fsi::SolverParameters solver;

@@ -1,5 +1,6 @@
 /// Tables of one entry of "fibers".
 #include <numbers>
+#include <optional>
 
 #include "case/schema_tables.hpp"
 
@@ -155,8 +156,10 @@ void describe_section(Visitor& v, beam::Section& p, bool with_torsion) {
   }
 }
 
-void describe_material(Visitor& v, beam::Material& p, bool with_torsion) {
-  v.number(field("young", "Young's modulus E", "force/area").required("1e7"), p.young, positive());
+void describe_material(Visitor& v, beam::Material& p, bool with_torsion, bool rigid) {
+  v.number(
+      field("young", "Young's modulus E", "force/area").required("1e7").only("formulation", "other than rigid", !rigid),
+      p.young, positive());
   v.number(field("density", "density rho_b", "mass/length^3").required("10"), p.density, positive());
   double poisson = 0.0;
   v.number(field("poisson", "Poisson's ratio nu, G = E/(2 (1+nu)); only for simo_reissner").optional(), poisson,
@@ -178,17 +181,66 @@ void describe_material(Visitor& v, beam::Material& p, bool with_torsion) {
   }
 }
 
+// "at" or "arc_length"; `kind` is "loaded" or "supported".
+void describe_place(Visitor& v, beam::End& at, std::optional<double>& arc_length, const std::string& kind,
+                    bool is_line) {
+  Field end = field("at", "the " + kind + " end");
+  Field arc =
+      field("arc_length", "instead of at: the " + kind + " point, as reference arc length from the start", "length");
+  if (kind == "loaded") {
+    end.only("type", "force or moment", !is_line);
+    arc.only("type", "force or moment", !is_line);
+  }
+  v.choice<beam::End>(end, at, {{beam::End::start, "start", ""}, {beam::End::end, "end", ""}});
+  v.optional_number(arc, arc_length, at_least(0.0));
+  if (v.reading() && v.given("at") && v.given("arc_length"))
+    v.error("arc_length", "contradicts \"at\"; remove one of them");
+}
+
 void describe_load(Visitor& v, beam::Load& p) {
   v.choice<beam::LoadType>(field("type", "kind of load").required("\"force\""), p.type,
-                           {{beam::LoadType::force, "force", "point force at an end [force]"},
-                            {beam::LoadType::moment, "moment", "point moment at an end [force length]"},
-                            {beam::LoadType::line, "line", "dead load per reference arc length [force/length]"}});
-  v.choice<beam::End>(field("at", "the loaded end").only("type", "force or moment", p.type != beam::LoadType::line),
-                      p.at, {{beam::End::start, "start", ""}, {beam::End::end, "end", ""}});
+                           {{beam::LoadType::force, "force", "point force [force]"},
+                            {beam::LoadType::moment, "moment", "point moment [force length]"},
+                            {beam::LoadType::line, "line", "load per reference arc length [force/length]"}});
+  describe_place(v, p.at, p.arc_length, "loaded", p.type == beam::LoadType::line);
   v.formulas(field("value",
                    "load as formulas of x, y, z, t at the reference position; statics multiply it by the load factor t")
                  .required("[0, 1, 0]"),
              p.value);
+  v.flag(field("follower", "the load turns with the tangent, by the smallest rotations, as a pressure does"),
+         p.follower);
+}
+
+void describe_support(Visitor& v, beam::Support& p) {
+  describe_place(v, p.at, p.arc_length, "supported", false);
+  p.type = beam::EndCondition::pinned;
+  v.choice<beam::EndCondition>(
+      field("type", "what is held").required("\"pinned\""), p.type,
+      {{beam::EndCondition::pinned, "pinned", "the position"},
+       {beam::EndCondition::clamped, "clamped", "position and direction"},
+       {beam::EndCondition::guided, "guided", "direction, and position along it: free to move across"}});
+  const bool clamped = p.type == beam::EndCondition::clamped;
+  input::VectorExpression motion{}, direction{};
+  v.formulas(field("motion", "displacement of the support as formulas of x, y, z, t, zero at t = 0", "length")
+                 .optional()
+                 .only("type", "pinned or clamped", p.type != beam::EndCondition::guided),
+             motion);
+  v.formulas(field("direction",
+                   "direction of the held tangent as formulas of x, y, z, t, of any length; at t = 0 that "
+                   "of the fiber")
+                 .optional()
+                 .only("type", "clamped", clamped),
+             direction);
+  if (v.given("motion")) p.motion = motion;
+  if (v.given("direction")) p.direction = direction;
+  if (v.reading() && !v.given("at") && !v.given("arc_length"))
+    v.missing("at", "missing key \"at\": \"start\" or \"end\", or give \"arc_length\"");
+}
+
+void describe_damping(Visitor& v, beam::Damping& p) {
+  v.number(field("mass", "a_M: force -a_M rho_b A v per length", "1/time"), p.mass, at_least(0.0));
+  v.number(field("stiffness", "a_K: stresses a_K E times the strain rate (Kelvin-Voigt)", "time"), p.stiffness,
+           at_least(0.0));
 }
 
 const std::vector<Option<Ends>> ends_options = {
@@ -216,20 +268,39 @@ void describe_fiber_group(Visitor& v, FiberGroup& p) {
   v.choice<beam::Formulation>(
       field("formulation", "how the fiber moves"), physics.formulation,
       {{beam::Formulation::torsion_free, "torsion_free", "geometrically exact Kirchhoff beam without torsion"},
+       {beam::Formulation::rigid, "rigid", "moves as one body"},
+       {beam::Formulation::prescribed, "prescribed", "moves as motion says; needs neither section nor material"},
        {beam::Formulation::fixed, "fixed", "does not move; needs neither section nor material"}});
-  const bool moves = physics.formulation != beam::Formulation::fixed;
+  const bool prescribed = physics.formulation == beam::Formulation::prescribed;
+  const bool moves = physics.formulation != beam::Formulation::fixed && !prescribed;  // has equations
+  const bool rigid = physics.formulation == beam::Formulation::rigid;
+  const bool torsion_free = physics.formulation == beam::Formulation::torsion_free;
+  const std::string with_equations = "torsion_free, simo_reissner or rigid";
   const bool with_torsion = physics.formulation == beam::Formulation::simo_reissner;
-  v.object(field("section", "cross-section; required unless formulation is fixed").optional(), "Section",
+  v.object(field("section", "cross-section; required unless formulation is fixed or prescribed").optional(), "Section",
            [&](Visitor& inner) { describe_section(inner, physics.section, with_torsion); });
-  v.object(field("material", "linear elastic material; required unless formulation is fixed").optional(), "Material",
-           [&](Visitor& inner) { describe_material(inner, physics.material, with_torsion); });
+  v.object(field("material", "linear elastic material; required unless formulation is fixed or prescribed").optional(),
+           "Material", [&](Visitor& inner) { describe_material(inner, physics.material, with_torsion, rigid); });
   Ends clamped = Ends::none, pinned = Ends::none;
   v.choice<Ends>(
       field("clamped", "end where position and direction are held; a fiber without ends given is free").optional(),
       clamped, ends_options);
   v.choice<Ends>(field("pinned", "end where the position is held").optional(), pinned, ends_options);
-  v.list_of(field("loads", "loads on each fiber").only("formulation", "torsion_free or simo_reissner", moves), "Load",
-            physics.loads, describe_load);
+  v.list_of(field("supports", "what else is held, and supports that move").only("formulation", with_equations, moves),
+            "Support", physics.supports, describe_support);
+  v.list_of(field("loads", "loads on each fiber").only("formulation", with_equations, moves), "Load", physics.loads,
+            describe_load);
+  v.object(field("damping", "viscous damping").optional().only("formulation", "torsion_free", torsion_free), "Damping",
+           [&](Visitor& inner) { describe_damping(inner, physics.damping); });
+  v.formulas(field("velocity", "velocity at t = 0 as formulas of x, y, z", "length/time")
+                 .optional()
+                 .only("formulation", with_equations, moves),
+             physics.velocity);
+  v.formulas(
+      field("motion", "displacement of every point as formulas of its reference position x, y, z and of t", "length")
+          .required("[0, \"0.1*sin(t)\", 0]")
+          .only("formulation", "prescribed", prescribed),
+      physics.motion);
 
   if (has_start(pinned)) physics.start = beam::EndCondition::pinned;
   if (has_end(pinned)) physics.end = beam::EndCondition::pinned;
@@ -241,6 +312,16 @@ void describe_fiber_group(Visitor& v, FiberGroup& p) {
     v.error("pinned", std::string("contradicts \"clamped\": the ") +
                           (has_start(clamped) && has_start(pinned) ? "start" : "end") + " cannot be both; remove one");
   }
+  for (const char* key : {"clamped", "pinned"})
+    if (prescribed && v.given(key)) v.error(key, "a prescribed fiber moves as \"motion\" says; remove it");
+  if (rigid && (physics.supports.size() + (physics.start != beam::EndCondition::free ? 1 : 0) +
+                    (physics.end != beam::EndCondition::free ? 1 : 0) >
+                1))
+    v.error("formulation", "a rigid fiber takes one support at most; remove the others, or use torsion_free");
+  for (std::size_t i = 0; rigid && i < physics.supports.size(); ++i)
+    if (physics.supports[i].direction)
+      v.error("supports[" + std::to_string(i) + "].direction",
+              "a rigid fiber cannot be turned by its support; use \"formulation\": \"prescribed\"");
   if (!v.failed("formulation") && moves) {
     if (!v.given("section"))
       v.missing("section", "missing key \"section\"; add for example \"section\": { \"radius\": 0.01 }");

@@ -77,6 +77,9 @@ void describe_beam_time(Visitor& v, beam::BeamTimeParameters& p) {
   v.choice<beam::TimeScheme>(
       field("scheme", "time integration of the fibers"), p.scheme,
       {{beam::TimeScheme::generalized_alpha, "generalized_alpha", "dynamics"},
+       {beam::TimeScheme::midpoint, "midpoint",
+        "dynamics that conserve energy and momentum of torsion-free fibers: midpoint rule with difference quotients of "
+        "the energy"},
        {beam::TimeScheme::static_, "static", "equilibrium of fibers without fluid, loads applied in steps"}});
   v.number(field("rho_inf", "spectral radius at infinite frequency; 1 = no numerical damping")
                .only("scheme", "generalized_alpha", p.scheme == beam::TimeScheme::generalized_alpha),

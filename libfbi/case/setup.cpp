@@ -1,5 +1,6 @@
 #include "case/setup.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/log.hpp"
@@ -57,6 +58,8 @@ Setup make_setup(const CaseParameters& parameters, std::unique_ptr<mesh::HexMesh
     Timed timed("fiber setup");
     std::vector<beam::FiberParameters> groups;
     for (const FiberGroup& group : parameters.fibers) groups.push_back(group.physics);
+    if (parameters.buoyancy && parameters.fluid)
+      for (beam::FiberParameters& group : groups) group.displaced_density = parameters.fluid->density;
     setup.beams =
         std::make_unique<beam::BeamField>(*setup.fiber_mesh, groups, parameters.beam_time, parameters.gravity);
   }
@@ -64,7 +67,10 @@ Setup make_setup(const CaseParameters& parameters, std::unique_ptr<mesh::HexMesh
     throw Error(ExitCode::usage, "the case has neither fluid nor fibers; there is nothing to solve");
   setup.system = std::make_unique<fsi::System>(setup.fluid.get(), setup.beams.get(), setup.fiber_mesh.get(),
                                                parameters.coupling, parameters.scheme, parameters.solver);
-  if (setup.dt == 0.0 && setup.system->fibers_move())
+  const bool prescribed = std::any_of(parameters.fibers.begin(), parameters.fibers.end(), [](const FiberGroup& group) {
+    return group.physics.formulation == beam::Formulation::prescribed;
+  });
+  if (setup.dt == 0.0 && (setup.system->fibers_move() || prescribed))
     throw Error(
         ExitCode::usage,
         "steady flow with fibers that move is not possible; set \"formulation\": \"fixed\" for every fiber, or use "

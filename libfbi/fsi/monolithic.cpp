@@ -121,6 +121,9 @@ StepReport solve_monolithic(System& system) {
   double fluid_reference = 0.0, fiber_reference = 0.0;
   bool geometry_changed = coupled && system.update_geometry(system.beams().accepted_dofs());
   const bool iterated = coupled && system.scheme().geometry_update == GeometryUpdate::iterated && moving;
+  // prescribed fibers are where they will be from the start
+  if (coupled && !moving && system.scheme().geometry_update == GeometryUpdate::iterated)
+    geometry_changed = system.update_geometry(system.beams().dofs()) || geometry_changed;
   if (coupled) lambda = system.lambda_old();
 
   for (int iteration = 0;; ++iteration) {

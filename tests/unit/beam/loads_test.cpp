@@ -48,8 +48,11 @@ TEST(Loads, EndForcesAndMomentsGoToTheirEnd) {
   EXPECT_EQ(Vec3(&values.dead[0]), Vec3(2, 4, 6));
   EXPECT_EQ(Vec3(&values.dead[6]), Vec3(0, 0, 0));
   EXPECT_EQ(Vec3(&values.dead[12]), Vec3(8, 10, 12));
-  EXPECT_EQ(values.moment[0][0], Vec3(14, 16, 18));
-  EXPECT_EQ(values.moment[0][1], Vec3(2, 0, 4));
+  ASSERT_EQ(values.point[0].size(), 2u);
+  EXPECT_EQ(values.point[0][0].value, Vec3(14, 16, 18));
+  EXPECT_EQ(values.point[0][0].x, -1.0);
+  EXPECT_EQ(values.point[0][1].value, Vec3(2, 0, 4));
+  EXPECT_EQ(values.point[0][1].element, 1);
 }
 
 TEST(Loads, FixedFibersCarryNone) {

@@ -149,7 +149,7 @@ TEST(Schema, MixedBoundaries) {
 TEST(Schema, NothingIsIgnoredInSilence) {
   EXPECT_EQ(errors("{}"), "case.json:1:1: nothing to compute: give \"fluid\" and \"channel\", \"fibers\", or all");
   EXPECT_EQ(errors(R"({"fibers": [)" + fixed_fiber + "]}"),
-            "case.json:1:12: fibers: nothing to compute: there is no fluid and every fiber is fixed");
+            "case.json:1:12: fibers: nothing to compute: there is no fluid and every fiber is fixed or prescribed");
   EXPECT_NE(errors(R"({"coupling": {}, "fibers": [)" + beam_text + R"(], "time": {"step": 1, "end": 1}})")
                 .find("case.json:1:14: coupling: has no effect without fluid; remove it"),
             std::string::npos);
