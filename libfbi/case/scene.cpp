@@ -137,6 +137,15 @@ void print_scene(const Scene& scene, const Setup& setup) {
     if (dt > 0.0)
       log::info("CFL           %.3g (speed dt / h), mu dt/(rho h^2) = %.3g", scene.speed * dt / scene.smallest_cell,
                 viscosity * dt / (density * scene.smallest_cell * scene.smallest_cell));
+    const fluid::FluidParameters& fluid = *parameters.fluid;
+    const bool given = std::any_of(fluid.initial_velocity.begin(), fluid.initial_velocity.end(),
+                                   [](const input::Expression& v) { return !v.is_zero(); });
+    if (dt > 0.0 && given && scene.speed * dt < 0.01 * scene.smallest_cell && fluid.tau_time &&
+        fluid.pressure_stabilization == fluid::PressureStabilization::pspg)
+      log::warning(
+          "the time step is small (CFL below 0.01) and the initial velocity is given: with PSPG the pressure of the "
+          "first steps is rough and in error by about 0.01/CFL; start with larger steps, or use \"tau_time\": false or "
+          "\"pressure_stabilization\": \"projection\" (docs/pressure-stabilization.md)");
     if (scene.stiffness > 0.0)
       log::info("Cauchy        %.4g (rho U^2 d L^3 / (2 EI), longest fiber)",
                 0.5 * density * scene.speed * scene.speed * 2.0 * scene.largest_radius *

@@ -450,6 +450,7 @@ bool FluidField::pressure_is_free() const { return implementation_->pressure_is_
 const std::vector<double>& FluidField::lumped_volume() const { return implementation_->lumped_volume; }
 const std::vector<double>& FluidField::tau_m() const { return implementation_->cells.tau_pressure(); }
 double FluidField::tau_c(Index cell) const { return implementation_->cells.tau_divergence(cell); }
+double FluidField::cell_volume(Index cell) const { return implementation_->cells.volume()[cell]; }
 double FluidField::pressure_projection(Index cell) const { return implementation_->cells.projection(cell); }
 double FluidField::smallest_cell() const { return implementation_->smallest_cell; }
 

@@ -90,6 +90,8 @@ class FluidField {
   double tau_c(Index cell) const;
   /// Coefficient of the pressure projection in a local cell, 0 with PSPG [1/viscosity].
   double pressure_projection(Index cell) const;
+  /// Volume of a local cell [length^3].
+  double cell_volume(Index cell) const;
   /// (Pressure operator for preconditioning) AIJ matrix of int grad N_a . grad N_b with `coefficient` per local cell,
   /// plus `robin` times `coefficient` times the face mass int N_a N_b / h on open (traction, outflow) faces, h = the
   /// local cell size normal to the face.

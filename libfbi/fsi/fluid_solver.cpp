@@ -171,7 +171,7 @@ void FluidSolver::apply_preconditioner(Vec r, Vec x) {
   const double scale = continuity_scale();
   const std::vector<char>& dirichlet = fluid_.is_dirichlet();
   const std::vector<double>& volume = fluid_.lumped_volume();
-  const double viscosity = fluid_.parameters().viscosity;
+  const double viscosity = projection_ > 0.0 ? 1.0 / projection_ : fluid_.parameters().viscosity;
   {
     Read right(r);
     Write u(x);
@@ -224,6 +224,10 @@ void FluidSolver::apply_preconditioner(Vec r, Vec x) {
 
 void FluidSolver::renew_pressure() {
   const double sigma = fluid_.sigma(), density = fluid_.parameters().density;
+  if (fluid_.parameters().pressure_stabilization == fluid::PressureStabilization::projection) {
+    renew_projected_pressure();
+    return;
+  }
   // The Schur complement of the momentum rows. The inertial part of PSPG, tau (grad q, rho v'), takes from the
   // divergence what tau (grad q, grad p) adds: together they leave 1/(rho sigma), whatever tau is.
   pressure_scale_ = density * sigma;
@@ -231,18 +235,55 @@ void FluidSolver::renew_pressure() {
   Timed timed("pressure setup");
   const mesh::HexMesh& mesh = fluid_.mesh();
   if (linalg::TensorPoisson::supports(mesh)) {
-    const std::array<std::array<bool, 2>, 3> open = fluid_.open_sides();
-    std::array<std::array<double, 2>, 3> ends{};
-    for (int d = 0; d < 3; ++d) {
-      const std::vector<double>& x = mesh.box->coordinates[d];
-      if (open[d][0]) ends[d][0] = robin / (x[1] - x[0]);
-      if (open[d][1]) ends[d][1] = robin / (x[x.size() - 1] - x[x.size() - 2]);
-    }
-    pressure_ = std::make_unique<linalg::TensorPoisson>(mesh, ends);
+    pressure_ = std::make_unique<linalg::TensorPoisson>(mesh, robin_ends(1.0));
     return;
   }
   const std::vector<double> one(mesh.local_cells(), 1.0);
   pressure_ = std::make_unique<linalg::MultigridPressure>(comm_, fluid_.pressure_laplacian(one, robin),
+                                                          fluid_.pressure_is_free());
+}
+
+std::array<std::array<double, 2>, 3> FluidSolver::robin_ends(double coefficient) const {
+  const std::array<std::array<bool, 2>, 3> open = fluid_.open_sides();
+  std::array<std::array<double, 2>, 3> ends{};
+  for (int d = 0; d < 3; ++d) {
+    const std::vector<double>& x = fluid_.mesh().box->coordinates[d];
+    if (open[d][0]) ends[d][0] = coefficient * robin / (x[1] - x[0]);
+    if (open[d][1]) ends[d][1] = coefficient * robin / (x[x.size() - 1] - x[x.size() - 2]);
+  }
+  return ends;
+}
+
+void FluidSolver::renew_projected_pressure() {
+  const double inertia = 1.0 / (fluid_.sigma() * fluid_.parameters().density);
+  const mesh::HexMesh& mesh = fluid_.mesh();
+  const Index cells = mesh.local_cells();
+  // The projection's coefficient varies from cell to cell; a box has one for all, the geometric mean.
+  double sum = 0.0;
+  for (Index c = 0; c < cells; ++c) sum += std::log(fluid_.pressure_projection(c));
+  const double mean = std::exp(comm_.sum(sum) / static_cast<double>(comm_.sum(static_cast<GlobalIndex>(cells))));
+  const bool unchanged = pressure_ != nullptr && pressure_scale_ == 1.0 && inertia == projected_inertia_ &&
+                         std::abs(mean - projection_) <= 0.1 * projection_;
+  if (unchanged) return;
+  Timed timed("pressure setup");
+  pressure_scale_ = 1.0;
+  projected_inertia_ = inertia;
+  projection_ = mean;
+  // On smooth pressures the projection is a Laplacian with the coefficient c h_d^2/12 along direction d.
+  if (linalg::TensorPoisson::supports(mesh)) {
+    std::array<std::vector<double>, 3> factor;
+    for (int d = 0; d < 3; ++d) {
+      const std::vector<double>& x = mesh.box->coordinates[d];
+      for (std::size_t i = 0; i + 1 < x.size(); ++i)
+        factor[d].push_back(inertia + mean * (x[i + 1] - x[i]) * (x[i + 1] - x[i]) / 12.0);
+    }
+    pressure_ = std::make_unique<linalg::TensorPoisson>(mesh, robin_ends(inertia), factor);
+    return;
+  }
+  std::vector<double> coefficient(cells);
+  for (Index c = 0; c < cells; ++c)
+    coefficient[c] = inertia + fluid_.pressure_projection(c) * std::pow(fluid_.cell_volume(c), 2.0 / 3.0) / 12.0;
+  pressure_ = std::make_unique<linalg::MultigridPressure>(comm_, fluid_.pressure_laplacian(coefficient, robin),
                                                           fluid_.pressure_is_free());
 }
 

@@ -1,6 +1,7 @@
 /// Linear solver of the fluid with the multiplier term: (A_FF + M^T S^-1 M) x = b.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -22,8 +23,9 @@ namespace fbi::fsi {
 /// Iterative: FGMRES with a pressure-splitting block preconditioner. The velocity block is (W^-1 + M^T S^-1 M)^-1 with
 /// the diagonal W of VelocityWeight, by Woodbury; it is applied before and after the pressure operator, the Laplacian
 /// divided by rho sigma with a Robin condition at open faces, which is solved exactly on boxes and by one multigrid
-/// cycle elsewhere; mu times the inverse lumped mass is added to it. The continuity rows are scaled by rho sigma h,
-/// which gives all rows the unit of a force.
+/// cycle elsewhere; mu times the inverse lumped mass is added to it. With the pressure projection its action on smooth
+/// pressures, a Laplacian with coefficient c h^2/12, is part of the pressure operator. The continuity rows are scaled
+/// by rho sigma h, which gives all rows the unit of a force.
 ///
 /// Direct (steady flow, few unknowns, or on request): the system with the multipliers as extra unknowns, factorised.
 class FluidSolver {
@@ -59,6 +61,8 @@ class FluidSolver {
   void apply_preconditioner(Vec r, Vec x);
   void velocity_block(const double* r, double* x);
   void renew_pressure();
+  void renew_projected_pressure();
+  std::array<std::array<double, 2>, 3> robin_ends(double coefficient) const;
   bool renew_velocity(bool geometry_changed, bool interface_changed);
   void remove_mean_pressure(Vec x) const;
 
@@ -71,7 +75,9 @@ class FluidSolver {
   // Iterative.
   std::unique_ptr<linalg::Krylov> krylov_;
   std::unique_ptr<linalg::PressureSolver> pressure_;
-  double pressure_scale_ = 1.0;  // rho sigma
+  double pressure_scale_ = 1.0;     // rho sigma; 1 where the pressure operator has it
+  double projection_ = 0.0;         // coefficient of the pressure projection in the operator, 0 with PSPG
+  double projected_inertia_ = 0.0;  // 1/(rho sigma) there
   std::unique_ptr<VelocityWeight> weight_;
   linalg::MultiplierFactor factor_;
   linalg::VecHandle ghosted_, work_, work2_, scaled_;

@@ -60,7 +60,9 @@ void VelocityWeight::renew() {
       }
       // One direction in three is streamline, and grad-div acts on one mode in three.
       const double streamline = density * density * tau[c] * speed * speed;
-      const double grad_div = parameters.grad_div ? 0.5 * density * speed * h : 0.0;
+      const double grad_div = parameters.tau != fluid::Tau::franca_valentin ? fluid_.tau_c(c)
+                              : parameters.grad_div                         ? 0.5 * density * speed * h
+                                                                            : 0.0;
       const double diffusion = (viscosity + (streamline + grad_div) / 3.0) * cell_diffusion_[c];
       for (int a = 0; a < 8; ++a) diagonal[nodes[a]] += diffusion + 0.125 * reaction * h * h * h;
     }

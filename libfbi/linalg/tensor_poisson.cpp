@@ -62,17 +62,18 @@ bool TensorPoisson::supports(const mesh::HexMesh& mesh) {
   return !mesh.comm.any(mesh.comm.sum_before(planes) != begin[axis]);
 }
 
-TensorPoisson::Line TensorPoisson::make_line(const std::vector<double>& coordinates,
-                                             const std::array<double, 2>& robin) {
+TensorPoisson::Line TensorPoisson::make_line(const std::vector<double>& coordinates, const std::array<double, 2>& robin,
+                                             const std::vector<double>& factor) {
   const std::size_t n = coordinates.size();
   Line line;
   line.k_diagonal.assign(n, 0.0);
   line.m_diagonal.assign(n, 0.0);
   for (std::size_t i = 0; i + 1 < n; ++i) {
     const double h = coordinates[i + 1] - coordinates[i];
-    line.k_diagonal[i] += 1.0 / h;
-    line.k_diagonal[i + 1] += 1.0 / h;
-    line.k_off.push_back(-1.0 / h);
+    const double k = (factor.empty() ? 1.0 : factor[i]) / h;
+    line.k_diagonal[i] += k;
+    line.k_diagonal[i + 1] += k;
+    line.k_off.push_back(-k);
     line.m_diagonal[i] += h / 3.0;
     line.m_diagonal[i + 1] += h / 3.0;
     line.m_off.push_back(h / 6.0);
@@ -82,7 +83,8 @@ TensorPoisson::Line TensorPoisson::make_line(const std::vector<double>& coordina
   return line;
 }
 
-TensorPoisson::TensorPoisson(const mesh::HexMesh& mesh, const std::array<std::array<double, 2>, 3>& robin)
+TensorPoisson::TensorPoisson(const mesh::HexMesh& mesh, const std::array<std::array<double, 2>, 3>& robin,
+                             const std::array<std::vector<double>, 3>& factor)
     : comm_(mesh.comm), axis_(slab_axis(mesh)), nodes_(mesh.global_nodes) {
   singular_ =
       std::all_of(robin.begin(), robin.end(), [](const auto& ends) { return ends[0] == 0.0 && ends[1] == 0.0; });
@@ -103,7 +105,7 @@ TensorPoisson::TensorPoisson(const mesh::HexMesh& mesh, const std::array<std::ar
   }
 
   const auto diagonalise = [&](int d, Matrix& q) {
-    const Line line = make_line(box.coordinates[d], robin[d]);
+    const Line line = make_line(box.coordinates[d], robin[d], factor[d]);
     const Index size = static_cast<Index>(line.k_diagonal.size());
     Eigen::MatrixXd k = Eigen::MatrixXd::Zero(size, size), m = k;
     for (Index i = 0; i < size; ++i) {
@@ -118,7 +120,7 @@ TensorPoisson::TensorPoisson(const mesh::HexMesh& mesh, const std::array<std::ar
     return Eigen::VectorXd(solver.eigenvalues());
   };
   const Eigen::VectorXd lambda1 = diagonalise(d1, q1_), lambda2 = diagonalise(d2, q2_);
-  line_ = make_line(box.coordinates[axis_], robin[axis_]);
+  line_ = make_line(box.coordinates[axis_], robin[axis_], factor[axis_]);
 
   const Index all_modes = n1_ * n2_;
   const int ranks = comm_.size();

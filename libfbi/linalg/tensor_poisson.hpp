@@ -22,7 +22,9 @@ class TensorPoisson : public PressureSolver {
 
   /// `robin[d][e]` is added to K_d at the low (e = 0) or high end [1/length], 0 = natural condition. All zero: the
   /// constant is in the kernel; right-hand sides are made compatible and solutions get an arbitrary level. Collective.
-  TensorPoisson(const mesh::HexMesh& mesh, const std::array<std::array<double, 2>, 3>& robin);
+  /// `factor[d][i]` multiplies the stiffness of interval i along direction d; empty: 1.
+  TensorPoisson(const mesh::HexMesh& mesh, const std::array<std::array<double, 2>, 3>& robin,
+                const std::array<std::vector<double>, 3>& factor = {});
 
   /// True when the mesh is a box and every rank owns whole planes of nodes. The same on all ranks. Collective.
   static bool supports(const mesh::HexMesh& mesh);
@@ -34,7 +36,8 @@ class TensorPoisson : public PressureSolver {
   struct Line {  // one direction: tridiagonal stiffness and mass
     std::vector<double> k_diagonal, k_off, m_diagonal, m_off;
   };
-  static Line make_line(const std::vector<double>& coordinates, const std::array<double, 2>& robin);
+  static Line make_line(const std::vector<double>& coordinates, const std::array<double, 2>& robin,
+                        const std::vector<double>& factor);
 
   Comm comm_;
   int axis_ = 0;           // direction of the tridiagonal systems

@@ -40,8 +40,11 @@ struct Flow {
   mesh::HexMesh mesh;
   FluidField field;
   Flow(const std::vector<double>& x, double warp, double theta, bool tau_time, double end, int steps)
+      : Flow(x, warp, theta, fluid(tau_time), end, steps) {}
+  Flow(const std::vector<double>& x, double warp, double theta, const FluidParameters& parameters, double end,
+       int steps)
       : mesh(box_mesh(Comm(MPI_COMM_SELF), {x, x, x}, false, warp)),
-        field(mesh, fluid(tau_time), boundaries(), {TimeScheme::one_step_theta, theta}) {
+        field(mesh, parameters, boundaries(), {TimeScheme::one_step_theta, theta}) {
     field.initialize();
     StepSolver solver(field);
     for (int n = 1; n <= steps; ++n) {
