@@ -21,13 +21,14 @@ do for [format in "svg png"] {
   set xrange [1e-6:2]
   set ylabel "pressure, relative L2 error"
   set title "{/Symbol m} = 1, after 1 step"
-  plot for [i=0:3] "pressure-stabilization.dat" index i+1 using 2:4 title columnhead(1) pointtype i+4 linewidth 2
+  plot for [i=0:3] "pressure-stabilization.dat" index i using 2:4 title columnhead(1) pointtype i+4 linewidth 2
   set title "{/Symbol m} = 1, after 10 steps"
-  plot for [i=0:3] "pressure-stabilization.dat" index i+1 using 2:10 title columnhead(1) pointtype i+4 linewidth 2
-  set ylabel "roughness of the pressure, 1 = exact"
-  plot for [i=0:3] "pressure-stabilization.dat" index i+1 using 2:11 title columnhead(1) pointtype i+4 linewidth 2
+  plot for [i=0:3] "pressure-stabilization.dat" index i using 2:10 title columnhead(1) pointtype i+4 linewidth 2
+  set title "{/Symbol m} = 1, at the time t = 0.1 {/Symbol r}h^2/{/Symbol m}"
+  plot for [i=12:15] "pressure-stabilization.dat" index i using 2:4 title columnhead(1) pointtype i-8 linewidth 2
   set ylabel "velocity, relative L2 error"
-  plot for [i=0:3] "pressure-stabilization.dat" index i+1 using 2:9 title columnhead(1) pointtype i+4 linewidth 2
+  set title "{/Symbol m} = 0.01, after 10 steps"
+  plot for [i=4:7] "pressure-stabilization.dat" index i using 2:9 title columnhead(1) pointtype i linewidth 2
   unset multiplot
   set output
 }

@@ -30,8 +30,8 @@ TEST(PressureSmallSteps, StartFromNodalValues) {
                                             "h^2) = 1e-4, tenth step after a start from nodal values: ") +
                                 names[m],
                        .source = "John, Novo 2015",
-                       .reference_text = m == 0 ? "10 (error as 1/dt)" : "1 (bounded)",
                        .ours = at[m][1].pressure / at[m][0].pressure,
+                       .reference_text = m == 0 ? "10 (error as 1/dt)" : "1 (bounded)",
                        .bar = m == 0 ? "5 to 20" : "< 2.5"});
   }
   EXPECT_GT(at[0][1].pressure / at[0][0].pressure, 5);
