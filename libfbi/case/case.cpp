@@ -127,12 +127,12 @@ ExitCode run_case(const RunOptions& options) {
   Recorder recorder(setup, options, paths, header.json, first, end, writer, history, probes, expectations);
   if (first < end) print_columns(setup);
   const fsi::LoopEnd ended = step_to_the_end(setup, options, recorder, end);
-  const bool complete = ended == fsi::LoopEnd::finished && end == setup.steps;
+  const bool complete = recorder.settled() || (ended == fsi::LoopEnd::finished && end == setup.steps);
   if (complete) writer.finish();
   if (!options.quiet) print_end(setup, recorder);
   log::info("results in %s", paths.index.c_str());
   if (!complete) log::info("go on with: fbi-run %s --restart last", options.case_path.c_str());
-  if (ended == fsi::LoopEnd::stopped) return ExitCode::stopped;
+  if (ended == fsi::LoopEnd::stopped && !recorder.settled()) return ExitCode::stopped;
   return complete && !expectations.report() ? ExitCode::expectation : ExitCode::ok;
 }
 

@@ -93,17 +93,24 @@ bool Recorder::after_step(const fsi::StepClock& clock, const fsi::StepReport& re
   krylov_.add(report.krylov);
   coupling_.add(report.coupling_iterations);
   print_line(clock, report, cfl, violation, seconds);
-  if (clock.step == last_ || (parameters.every > 0 && clock.step % parameters.every == 0)) output(clock);
+  const double tolerance = setup_.parameters.time.steady_tolerance;
+  const double rate = tolerance > 0.0 ? setup_.fluid->relative_rate() : 0.0;
+  settled_ = tolerance > 0.0 && rate < tolerance;
+  const bool end = settled_ || clock.step == last_;
+  if (end || (parameters.every > 0 && clock.step % parameters.every == 0)) output(clock);
 
   const int signal = static_cast<int>(comm.max(static_cast<GlobalIndex>(caught_signal())));
   const double elapsed = comm.max(progress_.seconds_total());
   const bool late = options_.max_walltime > 0.0 && elapsed > 60.0 * options_.max_walltime;
   const bool by_clock =
       parameters.checkpoint_minutes > 0.0 && elapsed - saved_at_ > 60.0 * parameters.checkpoint_minutes;
-  if (clock.step == last_ || signal != 0 || late || by_clock ||
+  if (end || signal != 0 || late || by_clock ||
       (parameters.checkpoint > 0 && clock.step % parameters.checkpoint == 0))
     save(clock);
-  if (clock.step == last_) return false;
+  if (settled_)
+    log::info("steady after step %lld: the velocity changes by %.3g of itself a unit of time",
+              static_cast<long long>(clock.step), rate);
+  if (end) return settled_;
   if (signal != 0)
     log::warning("stopped by %s after step %lld", signal_name(signal), static_cast<long long>(clock.step));
   else if (late)

@@ -39,6 +39,8 @@ class Recorder {
   GlobalIndex last_step() const { return clock_.step; }
   /// Step of the newest checkpoint; 0: there is none.
   GlobalIndex saved_step() const { return saved_; }
+  /// The last step met time.steady_tolerance: the run is complete.
+  bool settled() const { return settled_; }
   double seconds() const { return progress_.seconds_total(); }
   /// "30 steps: 1.9 Newton and 4.2 Krylov iterations a step (most: 3 and 7)"; empty without steps.
   std::string iterations_text() const;
@@ -60,6 +62,7 @@ class Recorder {
   Expectations& expectations_;
   Progress progress_;
   fsi::StepClock clock_;  // of the last step recorded
+  bool settled_ = false;
   bool sound_ = true;     // the accepted state is that of clock_
   GlobalIndex written_, saved_;
   double saved_at_ = 0.0;  // [s]

@@ -155,6 +155,24 @@ void check_time(Visitor& v, CaseParameters& p) {
   }
 }
 
+/// Options of different objects that exclude each other.
+void check_nonlinear(Visitor& v, const CaseParameters& p) {
+  const bool steady = p.fluid && p.fluid_time.scheme == fluid::TimeScheme::steady;
+  const bool linearized = p.solver.nonlinear == fluid::Linearization::extrapolated;
+  if (linearized && steady)
+    v.error("solver.nonlinear", "linearized needs earlier steps, steady flow has none; use \"newton\" or \"picard\"");
+  if (linearized && p.scheme.scheme == fsi::Scheme::monolithic &&
+      p.scheme.geometry_update == fsi::GeometryUpdate::iterated)
+    v.error("solver.nonlinear",
+            "linearized solves once a step, so that \"iterated\" geometry has nothing to follow; use \"geometry_update\": "
+            "\"lagged\" in \"coupling\", or \"newton\"");
+  if (linearized && p.fluid && p.fluid->tau_update == fluid::TauUpdate::iteration)
+    v.error("solver.nonlinear", "linearized has no iterates that \"tau_update\": \"iteration\" could follow; use \"step\"");
+  if (p.time.steady_tolerance > 0.0 && (steady || !v.given("fluid")))
+    v.error("time.steady_tolerance", steady ? "steady flow has no rate of change; remove it, or use another scheme"
+                                            : "needs a fluid; remove it");
+}
+
 }  // namespace
 
 void describe_case(Visitor& v, CaseParameters& p) {
@@ -189,6 +207,7 @@ void describe_case(Visitor& v, CaseParameters& p) {
   if (!v.reading()) return;
   check_parts(v, p);
   check_time(v, p);
+  check_nonlinear(v, p);
 }
 
 CaseParameters parse_case(const std::string& text, const std::string& name) {

@@ -51,6 +51,8 @@ void describe_fluid(Visitor& v, fluid::FluidParameters& p) {
   v.flag(field("grad_div", "stabilisation of div v (tau_C)"), p.grad_div);
   v.formulas(field("body_force", "b(x,y,z,t), an acceleration: the force is rho b", "length/time^2"), p.body_force);
   v.formulas(field("initial_velocity", "v(x,y,z) at t = 0", "length/time"), p.initial_velocity);
+  v.flag(field("project_initial_velocity", "replace it by the nearest velocity without divergence"),
+         p.project_initial_velocity);
 }
 
 namespace {

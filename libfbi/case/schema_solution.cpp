@@ -49,14 +49,20 @@ void describe_coupling(Visitor& v, coupling::CouplingParameters& p, fsi::SchemeP
 void describe_solver(Visitor& v, fsi::SolverParameters& p) {
   v.choice<fsi::LinearSolver>(
       field("linear", "solver of the linear systems of the fluid"), p.linear,
-      {{fsi::LinearSolver::automatic, "auto", "direct below 3,000 unknowns and for steady flow"},
+      {{fsi::LinearSolver::automatic, "auto", "direct below 3,000 unknowns, for steady flow below 150,000"},
        {fsi::LinearSolver::direct, "direct", "sparse factorisation"},
-       {fsi::LinearSolver::iterative, "iterative", "Krylov method, matrix-free"}});
+       {fsi::LinearSolver::iterative, "iterative", "Krylov method, matrix-free; steady flow: in pseudo-time steps"}});
+  v.choice<fluid::Linearization>(
+      field("nonlinear", "treatment of the convecting velocity"), p.nonlinear,
+      {{fluid::Linearization::newton, "newton", "quadratic convergence; steady flow: after some steps of picard"},
+       {fluid::Linearization::picard, "picard", "frozen within an iteration"},
+       {fluid::Linearization::extrapolated, "linearized",
+        "extrapolated from earlier steps, second order: one linear solve a step"}});
   v.number(field("newton_tolerance", "residual relative to the first one of the step"), p.newton_tolerance,
            between(0.0, 1.0));
   v.number(field("newton_absolute_tolerance", "residual, root mean square of all unknowns"),
            p.newton_absolute_tolerance, at_least(0.0));
-  v.integer(field("newton_iterations", "most Newton iterations of a step"), p.newton_iterations, at_least(1));
+  v.integer(field("newton_iterations", "most nonlinear iterations of a step; steady flow: ten times as many"), p.newton_iterations, at_least(1));
   v.number(field("krylov_tolerance", "residual of a linear solve, relative"), p.krylov_tolerance,
            Range{.min = 0.0, .max = 1.0, .without_min = true});
   v.integer(field("krylov_iterations", "most iterations of a linear solve"), p.krylov_iterations, at_least(1));
@@ -67,6 +73,7 @@ namespace {
 void describe_fluid_time(Visitor& v, fluid::FluidTimeParameters& p) {
   v.choice<fluid::TimeScheme>(field("scheme", "time integration of the fluid"), p.scheme,
                               {{fluid::TimeScheme::one_step_theta, "one_step_theta", "trapezoidal family"},
+                               {fluid::TimeScheme::bdf2, "bdf2", "second order, damps what is fast; starts by theta = 1"},
                                {fluid::TimeScheme::steady, "steady", "no time derivative; fibers must be fixed"}});
   v.number(field("theta", "1 = implicit Euler, 0.5 = trapezoidal rule")
                .only("scheme", "one_step_theta", p.scheme == fluid::TimeScheme::one_step_theta),
@@ -102,6 +109,11 @@ void describe_time(Visitor& v, CaseParameters& p) {
   v.number(
       field("end", "end time, a whole number of steps; statics: last load factor, 1 if missing", "time").optional(),
       p.time.end, positive());
+  v.number(field("steady_tolerance",
+                 "the run ends when the rate of change of the velocity fell below this times the velocity (root mean "
+                 "squares); 0: never",
+                 "1/time"),
+           p.time.steady_tolerance, at_least(0.0));
   v.object(field("fluid", "time scheme of the fluid").optional(), "Fluid time",
            [&](Visitor& inner) { describe_fluid_time(inner, p.fluid_time); });
   v.object(field("beam", "time scheme of the fibers").optional(), "Beam time",

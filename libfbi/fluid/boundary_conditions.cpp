@@ -222,7 +222,7 @@ void Boundaries::backflow_face(const FacePoints& at, double beta_density, const 
     T velocity[3] = {T(0.0), T(0.0), T(0.0)}, flux[3];
     for (int a = 0; a < 4; ++a)
       for (int i = 0; i < 3; ++i) velocity[i] = velocity[i] + at.shape[q][a] * u[3 * a + i];
-    backflow(velocity, at.normal[q].data(), beta_density, flux);
+    backflow(velocity, at.normal[q].data(), beta_density, frozen_, flux);
     for (int a = 0; a < 4; ++a)
       for (int i = 0; i < 3; ++i) r[3 * a + i] = r[3 * a + i] + (at.weight[q] * at.shape[q][a]) * flux[i];
   }

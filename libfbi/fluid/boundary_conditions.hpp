@@ -46,6 +46,8 @@ class Boundaries {
 
   /// r += -int w.h + backflow terms at u.
   void add_residual(const double* u, double* r) const;
+  /// Tangents without the derivative of min(v.n, 0).
+  void set_frozen(bool frozen) { frozen_ = frozen; }
   /// y += derivative of the backflow terms in direction x.
   void add_tangent(const double* u, const double* x, double* y) const;
   /// Calls visit(cell, corners, m) with the derivative of the backflow terms of each face: m[3 a + i][3 b + j] for the
@@ -109,6 +111,7 @@ class Boundaries {
   std::vector<mesh::HexMesh::LocalFace> open_;
   bool has_timed_velocity_ = false;
   bool evaluated_ = false;
+  bool frozen_ = false;
 };
 
 }  // namespace fbi::fluid

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/log.hpp"
 #include "base/timer.hpp"
 #include "fem/hex8.hpp"
 #include "fluid/boundary_conditions.hpp"
+#include "fluid/divergence_free.hpp"
 #include "fluid/ghosted.hpp"
 #include "fluid/node_matrix.hpp"
 #include "fluid/operator.hpp"
@@ -17,6 +19,7 @@ namespace {
 
 constexpr int startup_steps = 2;  // with theta = 1: v' after them obeys the equations and the constraint of t_2
 constexpr double divergence_limit = 0.1;
+constexpr double open_face_weight = 3.0;  // Robin coefficient of the projection's preconditioner, times 1/h
 
 bool is_zero(const input::VectorExpression& field) {
   return std::all_of(field.begin(), field.end(), [](const input::Expression& f) { return f.is_zero(); });
@@ -53,7 +56,7 @@ struct FluidField::Implementation {
   void compute_pressure_is_free();
   void compute_smallest_cell();
   void evaluate_initial_velocity();
-  void report_start();
+  bool report_start();
   void evaluate_body_force(double t);
   void compute_rest();
   void update_tau();
@@ -75,9 +78,12 @@ struct FluidField::Implementation {
   std::unique_ptr<NodeMatrix> jacobian;
   bool pressure_is_free = false;
   double smallest_cell = 0.0;
-  double sigma = 0.0, theta = 1.0, dt = 0.0;
+  RateFormula formula;
+  double theta = 1.0, dt = 0.0;
+  Linearization convection = Linearization::newton;
   // history beyond the vectors; doubles so that a restart can hold them
   double previous_dt = 0.0, accepted_steps = 0.0, startup_left = 0.0;
+  double impulsive = 0.0;  // 1: v_0 does not fit the boundary values or has divergence
 };
 
 FluidField::FluidField(const mesh::HexMesh& mesh, const FluidParameters& parameters,
@@ -157,8 +163,23 @@ void FluidField::Implementation::evaluate_initial_velocity() {
   agree_on_error(mesh.comm, ExitCode::usage, error);
 }
 
-// Says when the data at t = 0 do not fit together: an impulsive start.
-void FluidField::Implementation::report_start() {
+void FluidField::make_divergence_free() {
+  const Timed timed("projection of the initial velocity");
+  Implementation& f = *implementation_;
+  {
+    LocalArray u(f.accepted);
+    f.boundaries.apply(u.data());
+  }
+  const std::vector<double> one(f.mesh.local_cells(), 1.0);
+  const Projection result =
+      remove_divergence(f.mesh, f.cells, f.boundaries.is_dirichlet(), f.lumped_volume,
+                        pressure_laplacian(one, open_face_weight), f.pressure_is_free, f.accepted);
+  log::info("initial velocity projected: |div v| falls from %.2e to %.2e, %d iterations", result.before, result.after,
+            result.iterations);
+}
+
+// Says when the data at t = 0 do not fit together: an impulsive start. Returns whether they do.
+bool FluidField::Implementation::report_start() {
   const double speed = largest_speed(accepted);
   double mismatch = 0, total = 0;
   {
@@ -176,19 +197,25 @@ void FluidField::Implementation::report_start() {
   }
   divergence = mesh.comm.sum(divergence);
   const char* consequence = steady() ? "" : "; v' = 0 at t = 0 and the first two steps use theta = 1";
-  if (mismatch > 1e-8 * std::max(speed, mismatch))
+  const bool jump = mismatch > 1e-8 * std::max(speed, mismatch);
+  const bool diverges = !jump && std::sqrt(divergence) > divergence_limit * std::sqrt(total);
+  if (jump)
     log::info("impulsive start: boundary velocities at t = 0 differ from the initial field by up to %g%s", mismatch,
               consequence);
-  else if (std::sqrt(divergence) > divergence_limit * std::sqrt(total))
-    log::warning("the initial velocity is not divergence-free (|div v| / |grad v| = %.2g in the mean)%s",
-                 std::sqrt(divergence / total), consequence);
+  else if (diverges)
+    log::warning(
+        "the initial velocity is not divergence-free (|div v| / |grad v| = %.2g in the mean)%s; "
+        "\"project_initial_velocity\": true in \"fluid\" makes it so",
+        std::sqrt(divergence / total), consequence);
+  return !jump && !diverges;
 }
 
 void FluidField::initialize() {
   Implementation& f = *implementation_;
   f.evaluate_initial_velocity();
   f.boundaries.set_time(0.0);
-  if (!f.steady()) f.report_start();
+  if (f.parameters.project_initial_velocity) make_divergence_free();
+  const bool fits = f.steady() || f.report_start();
   bool at_rest;
   {
     LocalArray u(f.accepted), v(f.iterate), w(f.previous);
@@ -203,8 +230,12 @@ void FluidField::initialize() {
   // v' = 0 is exact when nothing moves and nothing pushes; otherwise two steps with theta = 1 give a v' that obeys the
   // semi-discrete equations and the constraint, at a local error of second order. With theta = 1 v' is not used at all.
   const bool exact = !f.mesh.comm.any(!at_rest || forced) && !f.boundaries.has_timed_velocity();
-  f.startup_left = exact || f.steady() || f.time_parameters.theta == 1.0 ? 0 : startup_steps;
+  if (f.time_parameters.scheme == TimeScheme::bdf2)
+    f.startup_left = fits ? 1 : startup_steps;  // v_{n-1} is needed, and none that the equations did not shape
+  else
+    f.startup_left = exact || f.steady() || f.time_parameters.theta == 1.0 ? 0 : startup_steps;
   f.accepted_steps = 0;
+  f.impulsive = fits ? 0 : 1;
 }
 
 // ---------------------------------------------------------------------------------------------------- step
@@ -226,34 +257,63 @@ void FluidField::Implementation::evaluate_body_force(double t) {
   agree_on_error(mesh.comm, ExitCode::diverged, error);
 }
 
-// v' = sigma (v - v_n) - (1/theta - 1) v'_n: everything but sigma v, minus b.
+// v' - sigma v of the rate formula, minus b.
 void FluidField::Implementation::compute_rest() {
-  LocalArray u(accepted), a(rate);
-  const double old = 1 / theta - 1;
+  LocalArray now(accepted), earlier(previous), a(rate);
   for (std::size_t k = 0; k < unknowns(); ++k)
-    rest[k] = k % 4 == 3 ? 0.0 : -sigma * u[k] - old * a[k] - (body_force.empty() ? 0.0 : body_force[k]);
+    rest[k] = k % 4 == 3 ? 0.0
+                         : formula.before * (earlier[k] - now[k]) - formula.sigma * now[k] + formula.rate * a[k] -
+                               (body_force.empty() ? 0.0 : body_force[k]);
 }
 
 void FluidField::Implementation::update_tau() {
   const double speed = largest_speed(iterate);
   LocalArray u(iterate);
+  if (steady()) cells.set_step(0.0, 0.0);  // pseudo-time is no part of the answer
   cells.update_tau(u.data(), speed);
+  cells.set_step(formula.sigma, dt);
+}
+
+void FluidField::set_linearization(Linearization linearization) {
+  Implementation& f = *implementation_;
+  f.convection = linearization;
+  f.cells.set_frozen(linearization != Linearization::newton);
+  f.boundaries.set_frozen(linearization != Linearization::newton);
+}
+
+void FluidField::update_tau() { implementation_->update_tau(); }
+
+void FluidField::set_pseudo_time(double sigma) {
+  Implementation& f = *implementation_;
+  f.formula = {sigma, 0.0, 0.0};
+  f.cells.set_step(sigma, 0.0);
+  LocalArray u(f.iterate);
+  for (std::size_t k = 0; k < f.unknowns(); ++k)
+    f.rest[k] = k % 4 == 3 ? 0.0 : -sigma * u[k] - (f.body_force.empty() ? 0.0 : f.body_force[k]);
 }
 
 void FluidField::begin_step(double time, double dt) {
   const Timed timed("fluid begin step");
   Implementation& f = *implementation_;
   f.dt = f.steady() ? 0.0 : dt;
-  f.theta = f.steady() || f.startup_left > 0 ? 1.0 : f.time_parameters.theta;
-  f.sigma = f.steady() ? 0.0 : 1 / (f.theta * dt);
+  const bool by_bdf2 = f.time_parameters.scheme == TimeScheme::bdf2;
+  f.theta = f.steady() || f.startup_left > 0 || by_bdf2 ? 1.0 : f.time_parameters.theta;
+  if (f.steady())
+    f.formula = {};
+  else
+    f.formula = by_bdf2 && f.startup_left == 0 ? bdf2(dt) : one_step_theta(f.theta, dt);
   f.boundaries.set_time(time);
   f.evaluate_body_force(time);
-  f.cells.set_step(f.sigma, f.dt);
+  f.cells.set_step(f.formula.sigma, f.dt);
   {
-    LocalArray u(f.iterate), now(f.accepted), before(f.previous);
-    const double ratio = f.accepted_steps >= 2 && !f.steady() ? dt / f.previous_dt : 0.0;
+    LocalArray u(f.iterate), now(f.accepted), before(f.previous), a(f.linearization);
+    // Where a step is solved at what is extrapolated, the second step needs it too, unless v_0 is no part of a smooth
+    // flow.
+    const double needed = f.convection == Linearization::extrapolated && f.impulsive == 0 ? 1 : 2;
+    const double ratio = f.accepted_steps >= needed && !f.steady() ? dt / f.previous_dt : 0.0;
     for (std::size_t k = 0; k < f.unknowns(); ++k) u[k] = now[k] + ratio * (now[k] - before[k]);
     f.boundaries.apply(u.data());
+    std::copy_n(u.data(), f.unknowns(), a.data());
   }
   f.compute_rest();
   f.update_tau();
@@ -262,9 +322,11 @@ void FluidField::begin_step(double time, double dt) {
 void FluidField::accept_step() {
   Implementation& f = *implementation_;
   LocalArray u(f.iterate), now(f.accepted), before(f.previous), a(f.rate);
-  const double old = 1 / f.theta - 1;
+  if (f.steady()) f.formula = {};
+  const RateFormula& formula = f.formula;
   for (std::size_t k = 0; k < f.unknowns(); ++k) {
-    a[k] = k % 4 == 3 ? 0.0 : f.sigma * (u[k] - now[k]) - old * a[k];
+    a[k] = k % 4 == 3 ? 0.0
+                      : formula.sigma * (u[k] - now[k]) + formula.before * (before[k] - now[k]) + formula.rate * a[k];
     before[k] = now[k];
     now[k] = u[k];
   }
@@ -277,17 +339,27 @@ void FluidField::increment(Vec delta) {
   Implementation& f = *implementation_;
   FBI_PETSC(VecAXPY(f.iterate, 1.0, delta));
   update_ghosts(f.iterate);
-  if (f.parameters.tau_update == TauUpdate::iteration) f.update_tau();
+  // With the convecting velocity of earlier steps tau is theirs too: the equations stay linear.
+  if (f.parameters.tau_update == TauUpdate::iteration && f.convection != Linearization::extrapolated) f.update_tau();
 }
 
 // ---------------------------------------------------------------------------------------------------- equations
 
+// With a given convecting velocity a the residual is affine in u: R(a) + dR/du (u - a) with the tangent that leaves the
+// derivative of a out. Both have the boundary values of the step.
 void FluidField::Implementation::sum_residual() {
   {
-    LocalArray u(iterate), s(sum);
+    const bool affine = convection == Linearization::extrapolated;
+    LocalArray u(iterate), a(linearization), w(work), s(sum);
+    const double* at = affine ? a.data() : u.data();
     std::fill_n(s.data(), unknowns(), 0.0);
-    cells.add_residual(u.data(), rest.data(), s.data());
-    boundaries.add_residual(u.data(), s.data());
+    cells.add_residual(at, rest.data(), s.data());
+    boundaries.add_residual(at, s.data());
+    if (affine) {
+      for (std::size_t k = 0; k < unknowns(); ++k) w[k] = u[k] - a[k];
+      cells.add_tangent(at, rest.data(), w.data(), s.data());
+      boundaries.add_tangent(at, w.data(), s.data());
+    }
   }
   add_ghosts(sum);
 }
@@ -328,6 +400,7 @@ void FluidField::internal_forces(Vec r) {
 
 void FluidField::linearize() {
   Implementation& f = *implementation_;
+  if (f.convection == Linearization::extrapolated) return;  // at the convecting velocity of the step
   LocalArray u(f.iterate), v(f.linearization);
   std::copy_n(u.data(), f.unknowns(), v.data());
 }
@@ -424,7 +497,9 @@ std::array<std::array<bool, 2>, 3> FluidField::open_sides() const {
 const mesh::HexMesh& FluidField::mesh() const { return implementation_->mesh; }
 const FluidParameters& FluidField::parameters() const { return implementation_->parameters; }
 linalg::VecHandle FluidField::create_vector() const { return create_ghosted(implementation_->mesh); }
-double FluidField::sigma() const { return implementation_->sigma; }
+double FluidField::sigma() const { return implementation_->formula.sigma; }
+RateFormula FluidField::rate_formula() const { return implementation_->formula; }
+bool FluidField::is_steady() const { return implementation_->steady(); }
 double FluidField::theta() const { return implementation_->theta; }
 Vec FluidField::iterate() { return implementation_->iterate; }
 Vec FluidField::accepted() { return implementation_->accepted; }
@@ -453,6 +528,20 @@ double FluidField::tau_c(Index cell) const { return implementation_->cells.tau_d
 double FluidField::cell_volume(Index cell) const { return implementation_->cells.volume()[cell]; }
 double FluidField::pressure_projection(Index cell) const { return implementation_->cells.projection(cell); }
 double FluidField::smallest_cell() const { return implementation_->smallest_cell; }
+
+double FluidField::relative_rate() {
+  const Implementation& f = *implementation_;
+  LocalArray now(f.accepted), before(f.previous);
+  double sums[2] = {0.0, 0.0};
+  for (std::size_t k = 0; k < f.owned(); ++k) {
+    if (k % 4 == 3) continue;
+    const double volume = f.lumped_volume[k / 4], change = now[k] - before[k];
+    sums[0] += volume * change * change;
+    sums[1] += volume * now[k] * now[k];
+  }
+  f.mesh.comm.sum(sums, 2);
+  return sums[1] > 0 ? std::sqrt(sums[0] / sums[1]) / f.previous_dt : std::numeric_limits<double>::infinity();
+}
 
 double FluidField::kinetic_energy() {
   Implementation& f = *implementation_;
@@ -488,7 +577,10 @@ std::vector<std::pair<std::string, Vec>> FluidField::state() {
 std::vector<std::pair<std::string, double*>> FluidField::scalars() {
   Implementation& f = *implementation_;
   return {
-      {"dt_before", &f.previous_dt}, {"accepted_steps", &f.accepted_steps}, {"startup_steps_left", &f.startup_left}};
+      {"dt_before", &f.previous_dt},
+      {"accepted_steps", &f.accepted_steps},
+      {"startup_steps_left", &f.startup_left},
+      {"impulsive", &f.impulsive}};
 }
 
 void FluidField::state_restored() {

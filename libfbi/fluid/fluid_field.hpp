@@ -10,6 +10,7 @@
 
 #include "base/types.hpp"
 #include "fluid/parameters.hpp"
+#include "fluid/time_scheme.hpp"
 #include "linalg/petsc.hpp"
 #include "mesh/hex_mesh.hpp"
 
@@ -34,19 +35,32 @@ class FluidField {
   const FluidParameters& parameters() const;
   linalg::VecHandle create_vector() const;  ///< ghosted, zero
 
-  /// Initial velocity by expression, boundary values at t = 0 on top, pressure 0. With theta < 1: v'_0 = 0 where that
-  /// is exact (rest, no forces, no moving boundary values); otherwise v'_0 = 0 and two steps with theta = 1, after
-  /// which v' obeys the equations and the constraint, at a start error of second order. An impulsive start is reported.
-  /// Call once. Collective.
+  /// Initial velocity by expression, boundary values at t = 0 on top, made divergence-free on request, pressure 0. With
+  /// theta < 1: v'_0 = 0 where that is exact (rest, no forces, no moving boundary values); otherwise v'_0 = 0 and two
+  /// steps with theta = 1, after which v' obeys the equations and the constraint, at a start error of second order.
+  /// BDF2 starts with one step of theta = 1 for the same reason, two where the data do not fit together. An impulsive
+  /// start is reported. Call once. Collective.
   void initialize();
 
   /// Starts the step to t_{n+1} = time: boundary values, tau from the extrapolated velocity, iterate = extrapolation of
   /// earlier steps with the boundary values of t_{n+1} on top. dt = 0 for steady. Calling it again restarts the same
   /// step. Collective.
   void begin_step(double time, double dt);
-  /// 1/(theta dt) of this step; 0 for steady.
+  /// dv'/dv of this step: 1/(theta dt), 3/(2 dt) for BDF2, that of pseudo-time for steady (0 without).
   double sigma() const;
-  double theta() const;  ///< of this step (1 in start-up steps after an impulsive start, and for steady)
+  double theta() const;  ///< of this step (1 in start-up steps after an impulsive start, for BDF2 and for steady)
+  RateFormula rate_formula() const;  ///< of this step
+  bool is_steady() const;
+
+  /// How the convecting velocity is treated; newton if never called. Takes effect with the next begin_step or, between
+  /// newton and picard, with the next tangent.
+  void set_linearization(Linearization linearization);
+  /// Renews tau from the iterate, which begin_step does from the extrapolated velocity. For steady flow. Collective.
+  void update_tau();
+  /// Steady flow: adds rho sigma times the distance from the present iterate to the equations, so that the residual of
+  /// this iterate stays what it is and its tangent gains inertia; tau does not see sigma. Call it after every change of
+  /// the iterate. Collective.
+  void set_pseudo_time(double sigma);
 
   Vec iterate();   ///< u_{n+1}^i, ghosts up to date after every member function that changes it
   Vec accepted();  ///< u_n
@@ -104,6 +118,9 @@ class FluidField {
   /// Makes the iterate the accepted state, updates v' and the history. Collective.
   void accept_step();
 
+  /// Root mean square of v_{n+1} - v_n over dt and the root mean square of v_{n+1}, of the last accepted step [1/time];
+  /// infinite when nothing moves. Collective.
+  double relative_rate();
   /// Kinetic energy int 1/2 rho |v|^2, largest CFL number sum_d |dxi_d/dx . v| dt/2 at a cell center (on boxes
   /// sum_i |v_i| dt/h_i), largest nodal |v|; of the iterate. Collective.
   double kinetic_energy();
@@ -122,6 +139,8 @@ class FluidField {
   double smallest_cell() const;
 
  private:
+  void make_divergence_free();
+
   struct Implementation;
   std::unique_ptr<Implementation> implementation_;
 };

@@ -20,6 +20,7 @@ struct KernelConstants {
   double density = 1.0;
   double viscosity = 1.0;
   double sigma = 0.0;  ///< dv'/dv = 1/(theta dt)
+  double follow = 1.0;  ///< derivative of the convecting velocity in tangents: 1 = it follows v, 0 = frozen
   // read with Equations::extended
   double divergence_share = 0.0;  ///< of rho v div v in the convection
   bool projection = false;        ///< pressure projection in place of PSPG
@@ -180,7 +181,7 @@ template <class Geometry, Equations E>
   const Geometry geometry(cells);
   const FieldAtPoints<E.viscous_residual> direction(x);
   PointCoefficients<Batch> c = coefficients<E>(constants, tau[0]);
-  const Batch sigma(constants.sigma);
+  const Batch sigma(constants.sigma), follow(constants.follow);
   Batch mean(0.0);
   if (E.extended && constants.projection) mean = cell_mean(geometry, direction.pressure);
   FluxIntegral integral;
@@ -195,7 +196,7 @@ template <class Geometry, Equations E>
     }
     PointState<Dual<Batch>> dual;
     for (int i = 0; i < 3; ++i) {
-      dual.velocity[i] = {s.velocity[i], ds.velocity[i]};
+      dual.velocity[i] = {s.velocity[i], follow * ds.velocity[i]};
       for (int j = 0; j < 3; ++j) dual.gradient[i][j] = {s.gradient[i][j], ds.gradient[i][j]};
       dual.pressure_gradient[i] = {s.pressure_gradient[i], ds.pressure_gradient[i]};
       dual.acceleration[i] = {s.acceleration[i], ds.acceleration[i]};

@@ -25,6 +25,8 @@ class Operator {
     constants_.sigma = sigma;
     dt_ = dt;
   }
+  /// Tangents without the derivative of the convecting velocity.
+  void set_frozen(bool frozen) { constants_.follow = frozen ? 0.0 : 1.0; }
   /// tau at every cell (or point) from the velocity there (SPEC section 1).
   /// @param u          nodal values
   /// @param max_speed  largest nodal |v| of the whole mesh: cells below 1e-8 of it take e_x as streamline [length/time]

@@ -31,6 +31,7 @@ struct FluidParameters {
   PressureStabilization pressure_stabilization = PressureStabilization::pspg;
   input::VectorExpression body_force{};        ///< b [length/time^2], an acceleration: the force is rho b
   input::VectorExpression initial_velocity{};  ///< v(t=0) [length/time]
+  bool project_initial_velocity = false;       ///< make v(t=0) divergence-free in the weak sense
 };
 
 enum class BoundaryType {
@@ -56,11 +57,18 @@ struct BoundaryCondition {
 
 using BoundaryConditions = std::map<std::string, BoundaryCondition>;  ///< by face-set name
 
-enum class TimeScheme { one_step_theta, steady };
+enum class TimeScheme { one_step_theta, bdf2, steady };
 
 struct FluidTimeParameters {
   TimeScheme scheme = TimeScheme::one_step_theta;
-  double theta = 1.0;  ///< in [0.5, 1]
+  double theta = 1.0;  ///< in [0.5, 1], of one_step_theta
+};
+
+/// How the convecting velocity a of rho (a.grad) v, of SUPG and of the backflow terms enters the equations of a step.
+enum class Linearization {
+  newton,       ///< a = v, with its derivative in the tangent
+  picard,       ///< a = v, without it
+  extrapolated  ///< a from earlier steps, second order: the equations of a step are linear
 };
 
 }  // namespace fbi::fluid

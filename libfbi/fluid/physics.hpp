@@ -108,13 +108,17 @@ inline void navier_stokes(const PointState<T>& s, const PointCoefficients<B>& c,
 
 inline double negative_part(double x) { return x < 0 ? x : 0.0; }
 inline Dual<double> negative_part(const Dual<double>& x) { return x.value < 0 ? x : Dual<double>(0.0, 0.0); }
+inline double frozen(double x) { return x; }
+inline Dual<double> frozen(const Dual<double>& x) { return x.value; }
 
 /// Backflow stabilisation at a point of an open face, tested with w: -beta rho min(v.n, 0) v (Bertoglio et al. 2018).
 /// @param beta_density  beta rho
 /// @param normal        outward unit normal, shape=(3)
+/// @param freeze        leave the derivative of min(v.n, 0) out
 template <class T>
-inline void backflow(const T* velocity, const double* normal, double beta_density, T* flux) {
-  const T inward = negative_part(normal[0] * velocity[0] + normal[1] * velocity[1] + normal[2] * velocity[2]);
+inline void backflow(const T* velocity, const double* normal, double beta_density, bool freeze, T* flux) {
+  T inward = negative_part(normal[0] * velocity[0] + normal[1] * velocity[1] + normal[2] * velocity[2]);
+  if (freeze) inward = frozen(inward);
   for (int i = 0; i < 3; ++i) flux[i] = (-beta_density) * (inward * velocity[i]);
 }
 

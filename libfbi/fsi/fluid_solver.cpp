@@ -16,6 +16,7 @@ namespace {
 
 constexpr double robin = 3.0;               // Robin coefficient of the pressure operator at open faces, times 1/h
 constexpr GlobalIndex direct_below = 3000;  // unknowns; below, factorising beats iterating
+constexpr GlobalIndex steady_direct_below = 150000;  // the factors of a cube of cells take some 5 GiB then
 
 }  // namespace
 
@@ -25,9 +26,12 @@ FluidSolver::FluidSolver(fluid::FluidField& fluid, const coupling::Coupling* cou
   const mesh::HexMesh& mesh = fluid_.mesh();
   ghosted_ = fluid_.create_vector();
   if (coupling_ != nullptr) rows_.resize(3 * static_cast<std::size_t>(coupling_->rows()));
-  const bool steady = fluid_.sigma() == 0.0;
-  const bool small = parameters_.linear == LinearSolver::automatic && 4 * mesh.global_nodes < direct_below;
-  if (steady || small || parameters_.linear == LinearSolver::direct) {
+  // What makes continuity rows forces when there is no time step: rho |v| + mu/h.
+  steady_scale_ = fluid_.parameters().density * fluid_.max_velocity() +
+                  fluid_.parameters().viscosity / fluid_.smallest_cell();
+  const GlobalIndex limit = fluid_.is_steady() ? steady_direct_below : direct_below;
+  const bool small = parameters_.linear == LinearSolver::automatic && 4 * mesh.global_nodes < limit;
+  if (small || parameters_.linear == LinearSolver::direct) {
     direct_ = std::make_unique<ExtendedSystem>(fluid_, coupling_, interface_);
     return;
   }
@@ -45,8 +49,8 @@ FluidSolver::FluidSolver(fluid::FluidField& fluid, const coupling::Coupling* cou
 FluidSolver::~FluidSolver() = default;
 
 double FluidSolver::continuity_scale() const {
-  const double sigma = fluid_.sigma();
-  return sigma > 0.0 ? fluid_.parameters().density * sigma * fluid_.smallest_cell() : 1.0;
+  if (fluid_.is_steady()) return steady_scale_;
+  return fluid_.parameters().density * fluid_.sigma() * fluid_.smallest_cell();
 }
 
 double FluidSolver::project_residual(Vec r) const {

@@ -27,7 +27,7 @@ namespace fbi::fsi {
 /// pressures, a Laplacian with coefficient c h^2/12, is part of the pressure operator. The continuity rows are scaled
 /// by rho sigma h, which gives all rows the unit of a force.
 ///
-/// Direct (steady flow, few unknowns, or on request): the system with the multipliers as extra unknowns, factorised.
+/// Direct (few unknowns, or on request): the system with the multipliers as extra unknowns, factorised.
 class FluidSolver {
  public:
   /// `coupling` and `interface` are null without fibers. Collective.
@@ -37,7 +37,8 @@ class FluidSolver {
 
   /// True when the direct solver was chosen.
   bool is_direct() const { return direct_ != nullptr; }
-  /// Scale of continuity rows that makes them comparable with momentum rows, rho sigma h (1 when steady).
+  /// Scale of continuity rows that makes them comparable with momentum rows: rho sigma h; for steady flow rho |v| + mu/h
+  /// of the first iterate.
   double continuity_scale() const;
 
   /// Readies preconditioner or factors for the present linearisation point, M and S. `geometry_changed` and
@@ -78,6 +79,7 @@ class FluidSolver {
   double pressure_scale_ = 1.0;     // rho sigma; 1 where the pressure operator has it
   double projection_ = 0.0;         // coefficient of the pressure projection in the operator, 0 with PSPG
   double projected_inertia_ = 0.0;  // 1/(rho sigma) there
+  double steady_scale_ = 1.0;
   std::unique_ptr<VelocityWeight> weight_;
   linalg::MultiplierFactor factor_;
   linalg::VecHandle ghosted_, work_, work2_, scaled_;

@@ -9,8 +9,10 @@ namespace fbi::fsi {
 /// solves the fluid with the tangent A_FF + M^T S^-1 M, recovers lambda and then the fiber increments; with the
 /// geometry lagged the constraint holds to round-off after every iteration. Also serves fluid alone (no multipliers)
 /// and fixed fibers (S = kappa / epsilon). Converged when the fluid and the fiber residual both fell below
-/// newton_tolerance times their first value, or below newton_absolute_tolerance times the scale of forces. A failure is
-/// a report, not an exception. Collective.
+/// newton_tolerance times their first value, or below newton_absolute_tolerance times the scale of forces. With the
+/// convecting velocity extrapolated there is exactly one linear solve: fluid, fibers linearised at their predictor and
+/// multipliers together. What converges then is the residual of the fluid, which is linear; that of the fibers is
+/// nonlinear and kept in the history. A failure is a report, not an exception. Collective.
 StepReport solve_monolithic(System& system);
 
 /// Fluid alone for given S and g (null: no multipliers): Newton on the fluid from its iterate, used by the partitioned

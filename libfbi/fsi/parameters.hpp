@@ -5,6 +5,7 @@
 #include <string>
 
 #include "base/types.hpp"
+#include "fluid/parameters.hpp"
 
 namespace fbi::fsi {
 
@@ -14,7 +15,7 @@ enum class GeometryUpdate {
   iterated  ///< from the current iterate
 };
 enum class LinearSolver {
-  automatic,  ///< direct below 3,000 unknowns and for steady flow, else iterative
+  automatic,  ///< direct below 3,000 unknowns (150,000 for steady flow), else iterative
   direct,
   iterative
 };
@@ -35,9 +36,10 @@ struct SchemeParameters {
 
 struct SolverParameters {
   LinearSolver linear = LinearSolver::automatic;
+  fluid::Linearization nonlinear = fluid::Linearization::newton;
   double newton_tolerance = 1e-6;            ///< residual relative to the first of the step
   double newton_absolute_tolerance = 1e-12;  ///< absolute, rms per unknown
-  Index newton_iterations = 15;
+  Index newton_iterations = 15;  ///< steady flow: ten times as many
   double krylov_tolerance = 1e-4;  ///< relative, per linear solve
   Index krylov_iterations = 200;
 };
@@ -45,6 +47,8 @@ struct SolverParameters {
 struct TimeParameters {
   double step = 0.0;  ///< dt [time]
   double end = 0.0;   ///< [time]
+  /// The run ends when the root mean square of dv/dt fell below this times that of v [1/time]; 0 = never.
+  double steady_tolerance = 0.0;
 };
 
 }  // namespace fbi::fsi

@@ -22,6 +22,7 @@ System::System(fluid::FluidField* fluid, beam::BeamField* beams, const mesh::Fib
     force_old_.assign(6 * static_cast<std::size_t>(fibers_->nodes()), 0.0);
     last_force_ = force_old_;
   }
+  if (fluid_ != nullptr) fluid_->set_linearization(solver.nonlinear);
   if (fluid_ == nullptr || beams_ == nullptr) return;
   coupling_ = std::make_unique<coupling::Coupling>(fluid_->mesh(), *fibers_, coupling_parameters_);
   interface_ = std::make_unique<coupling::InterfaceOperator>(*fibers_, coupling_parameters_.penalty);
@@ -131,7 +132,7 @@ double System::fluid_scale() const {
   for (Index a = 0; a < fluid_->mesh().owned_nodes; ++a) {
     const double* row = values + 4 * static_cast<std::size_t>(a);
     const double factor =
-        sigma > 0.0 ? parameters.density * sigma * volume[a] : parameters.viscosity * std::cbrt(volume[a]);
+        fluid_->is_steady() ? parameters.viscosity * std::cbrt(volume[a]) : parameters.density * sigma * volume[a];
     sum += factor * factor * (row[0] * row[0] + row[1] * row[1] + row[2] * row[2]);
   }
   FBI_PETSC(VecRestoreArrayRead(fluid_->iterate(), &values));

@@ -6,6 +6,7 @@
 #include "base/timer.hpp"
 #include "fsi/dirichlet_neumann.hpp"
 #include "fsi/monolithic.hpp"
+#include "fsi/steady.hpp"
 
 namespace fbi::fsi {
 namespace {
@@ -33,6 +34,10 @@ std::string describe(const StepReport& report, const StepClock& clock) {
     text +=
         log::format(" (relative: fluid %.2e, fibers %.2e, constraint %.2e)", last.fluid, last.fiber, last.constraint);
   }
+  if (clock.dt == 0.0)
+    return text +
+           "; the flow may have no steady state: give a closer fluid.initial_velocity, or run in time and let "
+           "time.steady_tolerance end the run";
   return text +
          "; try a smaller time.step, or raise solver.newton_iterations, solver.krylov_iterations or "
          "coupling.max_iterations if the residual was still falling";
@@ -44,6 +49,7 @@ StepReport solve_step(System& system, Acceleration* acceleration, const StepCloc
   Timed timed("step");
   system.begin_step(clock.time, clock.dt);
   if (!system.has_fluid()) return solve_fibers(system);
+  if (system.fluid().is_steady()) return solve_steady(system);
   if (acceleration != nullptr && system.is_coupled() && system.fibers_move())
     return solve_dirichlet_neumann(system, *acceleration, clock.time, clock.dt);
   return solve_monolithic(system);

@@ -80,6 +80,16 @@ TEST(Ranks, aitken) {
   expect_equal("aitken", run, expected);
 }
 
+TEST(Ranks, bdf2_linearized) {
+  Json json = fast();
+  json["time"]["fluid"] = {{"scheme", "bdf2"}};
+  json["solver"]["nonlinear"] = "linearized";
+  const Snapshot expected = serial_run(json, 5);
+  CoupledCase run(json);
+  run.run(5);
+  expect_equal("bdf2, linearized", run, expected);
+}
+
 TEST(Ranks, iterated_geometry_on_a_general_mesh) {
   Json json = fast();
   json["coupling"]["geometry_update"] = "iterated";

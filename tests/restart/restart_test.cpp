@@ -78,6 +78,16 @@ TEST(Restart, trapezoidal_rule_is_bitwise) {
   json["time"]["beam"]["rho_inf"] = 0.8;
   check_bitwise(json);
 }
+TEST(Restart, bdf2_is_bitwise) {
+  Json json = fast("monolithic");
+  json["time"]["fluid"] = {{"scheme", "bdf2"}};
+  check_bitwise(json);
+}
+TEST(Restart, linearized_is_bitwise) {
+  Json json = fast("monolithic");
+  json["solver"]["nonlinear"] = "linearized";
+  check_bitwise(json);
+}
 TEST(Restart, iterated_geometry_on_a_general_mesh_is_bitwise) {
   Json json = fast("monolithic");
   json["coupling"]["geometry_update"] = "iterated";

@@ -1,0 +1,121 @@
+/// Newton, Picard and linearized: one answer, one solve; steady flow from rest.
+#include "record.hpp"
+#include "regression/case_fixture.hpp"
+
+namespace fbi::test {
+namespace {
+
+constexpr int steps = 20;
+
+Json reversing(const std::string& nonlinear, bool bdf2 = false) {
+  Json json = small_beam(R"({ "time": { "step": 1e-3, "end": 0.02 } })");
+  set_inflow(json, 20.0, 0.01);
+  tighten(json, 1e-10, 1e-6);
+  json["solver"]["nonlinear"] = nonlinear;
+  if (bdf2) json["time"]["fluid"] = {{"scheme", "bdf2"}};
+  return json;
+}
+
+/// Largest displacement of the tip after each step.
+std::vector<double> tips(const Json& json, int* most_solves = nullptr) {
+  CoupledCase run(json);
+  std::vector<double> tips;
+  for (int k = 0; k < steps && !::testing::Test::HasFailure(); ++k) {
+    const fsi::StepReport result = run.step();
+    if (most_solves != nullptr) *most_solves = std::max(*most_solves, result.newton);
+    for (int i = 0; i < 3; ++i) tips.push_back(run.tip()[i]);
+  }
+  return tips;
+}
+
+TEST(Nonlinear, picard_gives_the_answer_of_newton) {
+  for (const char* scheme : {"monolithic", "aitken"}) {
+    Json newton = reversing("newton"), picard = reversing("picard");
+    for (Json* json : {&newton, &picard}) {
+      (*json)["coupling"]["scheme"] = scheme;
+      tighten(*json, 1e-11, 1e-7);
+    }
+    CoupledCase one(newton), other(picard);
+    one.run(3);
+    other.run(3);
+    const Snapshot a = one.snapshot(), b = other.snapshot();
+    const double velocity = relative_difference(b.velocity, a.velocity);
+    const double tip = relative_difference(b.displacement, a.displacement);
+    report(std::string(scheme) + " picard - newton, velocity", velocity);
+    report(std::string(scheme) + " picard - newton, displacement", tip);
+    EXPECT_LE(velocity, 1e-8);
+    EXPECT_LE(tip, 1e-8);
+    record({.section = "Coupling",
+            .check = std::string("picard and newton give one step, ") + scheme,
+            .source = "identity",
+            .reference = 0,
+            .ours = std::max(velocity, tip),
+            .bar = "1e-8"});
+  }
+}
+
+// One coupled linear solve a step stays stable, and close to the nonlinear solution.
+TEST(Nonlinear, one_linear_solve_a_step) {
+  for (const bool bdf2 : {false, true}) {
+    int most = 0;
+    const std::vector<double> expected = tips(reversing("newton", bdf2));
+    const std::vector<double> found = tips(reversing("linearized", bdf2), &most);
+    EXPECT_EQ(most, 1);
+    const double gap = relative_difference(found, expected);
+    report(std::string(bdf2 ? "bdf2" : "theta 1") + " linearized - newton, tip", gap);
+    EXPECT_LE(gap, 0.02);
+    record({.section = "Coupling",
+            .check = std::string("tip of the fiber, one linear solve a step against newton, reversing flow, ") +
+                     (bdf2 ? "bdf2" : "theta = 1"),
+            .source = "newton, same mesh and step",
+            .reference = 0,
+            .ours = gap,
+            .bar = "0.02"});
+  }
+}
+
+TEST(Nonlinear, bdf2_is_close_to_small_steps_of_theta_1) {
+  const double gap = relative_difference(tips(reversing("newton", true)), tips(reversing("newton")));
+  report("bdf2 - theta 1, tip", gap);
+  EXPECT_LE(gap, 0.2);
+}
+
+Json cavity(double viscosity) {
+  Json json = parse_json(R"({
+    "fluid": { "density": 1, "viscosity": 1 },
+    "channel": { "size": [1, 1, 0.125], "elements": [16, 16, 2], "boundaries": {
+      "xmin": { "type": "no_slip" }, "xmax": { "type": "no_slip" }, "ymin": { "type": "no_slip" },
+      "ymax": { "type": "inflow", "velocity": [1, 0, 0] }, "zmin": { "type": "slip" }, "zmax": { "type": "slip" } } },
+    "time": { "fluid": { "scheme": "steady" } }, "solver": { "newton_tolerance": 1e-9 } })");
+  json["fluid"]["viscosity"] = viscosity;
+  return json;
+}
+
+TEST(Nonlinear, steady_cavity_from_rest_by_three_ways) {
+  Snapshot expected;
+  for (const std::string way : {"newton", "picard", "pseudo-time"}) {
+    Json json = cavity(1e-3);
+    if (way == "picard") json["solver"]["nonlinear"] = "picard";
+    if (way == "pseudo-time") json["solver"]["linear"] = "iterative";
+    CoupledCase run(json);
+    const fsi::StepReport result = run.step();
+    report("cavity Re 1000, linear solves by " + way, result.newton);
+    const Snapshot found = run.snapshot();
+    if (expected.velocity.empty()) {
+      expected = found;
+      continue;
+    }
+    const double gap = relative_difference(found.velocity, expected.velocity);
+    report("cavity Re 1000, " + way + " - newton", gap);
+    EXPECT_LE(gap, 1e-6);
+    record({.section = "Fluid",
+            .check = "steady lid-driven cavity from rest, Re 1000, 16^2 cells: " + way + " against newton",
+            .source = "identity",
+            .reference = 0,
+            .ours = gap,
+            .bar = "1e-6"});
+  }
+}
+
+}  // namespace
+}  // namespace fbi::test
