@@ -16,11 +16,11 @@ Json reversing(const std::string& nonlinear, bool bdf2 = false) {
   return json;
 }
 
-/// Largest displacement of the tip after each step.
-std::vector<double> tips(const Json& json, int* most_solves = nullptr) {
+/// Displacement of the tip after each step.
+std::vector<double> tips(const Json& json, int count = steps, int* most_solves = nullptr) {
   CoupledCase run(json);
   std::vector<double> tips;
-  for (int k = 0; k < steps && !::testing::Test::HasFailure(); ++k) {
+  for (int k = 0; k < count && !::testing::Test::HasFailure(); ++k) {
     const fsi::StepReport result = run.step();
     if (most_solves != nullptr) *most_solves = std::max(*most_solves, result.newton);
     for (int i = 0; i < 3; ++i) tips.push_back(run.tip()[i]);
@@ -54,29 +54,32 @@ TEST(Nonlinear, picard_gives_the_answer_of_newton) {
   }
 }
 
-// One coupled linear solve a step stays stable, and close to the nonlinear solution.
+// One coupled linear solve a step: stable, and close to the nonlinear solution once a step follows the reversal of the
+// flow; with 10 steps in half a period (step 1e-3) the tip is still 23 % off, with 20 it is 0.2 %.
 TEST(Nonlinear, one_linear_solve_a_step) {
   for (const bool bdf2 : {false, true}) {
+    Json newton = reversing("newton", bdf2), linearized = reversing("linearized", bdf2);
+    for (Json* json : {&newton, &linearized}) (*json)["time"]["step"] = 5e-4;
     int most = 0;
-    const std::vector<double> expected = tips(reversing("newton", bdf2));
-    const std::vector<double> found = tips(reversing("linearized", bdf2), &most);
+    const std::vector<double> expected = tips(newton, 2 * steps);
+    const std::vector<double> found = tips(linearized, 2 * steps, &most);
     EXPECT_EQ(most, 1);
     const double gap = relative_difference(found, expected);
     report(std::string(bdf2 ? "bdf2" : "theta 1") + " linearized - newton, tip", gap);
-    EXPECT_LE(gap, 0.02);
+    EXPECT_LE(gap, 0.01);
     record({.section = "Coupling",
             .check = std::string("tip of the fiber, one linear solve a step against newton, reversing flow, ") +
                      (bdf2 ? "bdf2" : "theta = 1"),
             .source = "newton, same mesh and step",
             .reference = 0,
             .ours = gap,
-            .bar = "0.02"});
+            .bar = "0.01"});
   }
 }
 
-TEST(Nonlinear, bdf2_is_close_to_small_steps_of_theta_1) {
+TEST(Nonlinear, bdf2_with_a_fiber_is_close_to_theta_1) {
   const double gap = relative_difference(tips(reversing("newton", true)), tips(reversing("newton")));
-  report("bdf2 - theta 1, tip", gap);
+  report("bdf2 - theta 1, tip", gap);  // theta = 1 is of first order
   EXPECT_LE(gap, 0.2);
 }
 
