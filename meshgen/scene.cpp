@@ -15,6 +15,7 @@
 #include "meshgen/hex_checks.hpp"
 #include "meshgen/mesh_import.hpp"
 #include "meshgen/patterns.hpp"
+#include "meshgen/periodic.hpp"
 #include "meshgen/quality.hpp"
 
 namespace fbi::meshgen {
@@ -56,11 +57,17 @@ void check_channel(const mesh::Box& box, const mesh::HexMeshData& mesh, std::vec
   }
 }
 
-void check_fibers_inside(const mesh::FiberMeshData& fibers, const mesh::Box& box, bool allow,
+/// What is done about fibers that reach out of the fluid.
+struct OutsideRule {
+  bool allow = false;     // a warning, not an error
+  bool periodic = false;  // some faces are periodic
+};
+
+void check_fibers_inside(const mesh::FiberMeshData& fibers, const mesh::Box& box, const OutsideRule& rule,
                          std::vector<std::string>& errors, std::vector<std::string>& warnings) {
   const std::vector<OutsideFiber> outside = fibers_outside(fibers, box);
-  std::vector<std::string>& lines = allow ? warnings : errors;
-  if (allow && !outside.empty()) {
+  std::vector<std::string>& lines = rule.allow ? warnings : errors;
+  if (rule.allow && !outside.empty()) {
     warnings.push_back(std::to_string(outside.size()) + " of " + std::to_string(fibers.fiber_count()) +
                        " fibers reach out of the channel");
   }
@@ -74,17 +81,19 @@ void check_fibers_inside(const mesh::FiberMeshData& fibers, const mesh::Box& box
                        (fiber.share >= 1.0 ? "lies outside the channel" : "reaches out of the channel") +
                        log::format(": %.6g beyond %s", fiber.distance, fiber.face.c_str());
     if (fiber.share < 1.0) line += log::format(", %.3g %% of its length", 100 * fiber.share);
-    if (!allow) line += "; move it inside, or set \"coupling\": { \"outside\": \"allow\" }";
+    if (!rule.allow)
+      line += std::string(rule.periodic ? "; fibers cannot go through periodic faces" : "") +
+              "; move it inside, or set \"coupling\": { \"outside\": \"allow\" }";
     lines.push_back(line);
   }
 }
 
-void check_fibers_inside(const mesh::FiberMeshData& fibers, const mesh::HexMeshData& mesh, bool allow,
+void check_fibers_inside(const mesh::FiberMeshData& fibers, const mesh::HexMeshData& mesh, const OutsideRule& rule,
                          std::vector<std::string>& errors, std::vector<std::string>& warnings) {
-  if (mesh.box) return check_fibers_inside(fibers, *mesh.box, allow, errors, warnings);
+  if (mesh.box) return check_fibers_inside(fibers, *mesh.box, rule, errors, warnings);
   const std::vector<OutsideFiber> outside = fibers_outside(fibers, mesh);
-  std::vector<std::string>& lines = allow ? warnings : errors;
-  if (allow && !outside.empty())
+  std::vector<std::string>& lines = rule.allow ? warnings : errors;
+  if (rule.allow && !outside.empty())
     warnings.push_back(std::to_string(outside.size()) + " of " + std::to_string(fibers.fiber_count()) +
                        " fibers reach out of the fluid");
   for (std::size_t i = 0; i < outside.size(); ++i) {
@@ -97,7 +106,9 @@ void check_fibers_inside(const mesh::FiberMeshData& fibers, const mesh::HexMeshD
                        (fiber.share >= 1.0 ? "lies outside the fluid" : "reaches out of the fluid") +
                        log::format(": at (%.6g, %.6g, %.6g), about %.3g %% of its length", fiber.place[0],
                                    fiber.place[1], fiber.place[2], 100 * fiber.share);
-    if (!allow) line += "; move it inside, or set \"coupling\": { \"outside\": \"allow\" }";
+    if (!rule.allow)
+      line += std::string(rule.periodic ? "; fibers cannot go through periodic faces" : "") +
+              "; move it inside, or set \"coupling\": { \"outside\": \"allow\" }";
     lines.push_back(line);
   }
 }
@@ -136,15 +147,18 @@ Scene make_scene(const cases::CaseParameters& parameters, std::vector<std::strin
       errors.push_back(error.what());
     }
   }
-  const bool allow = parameters.coupling.outside == coupling::Outside::allow;
+  OutsideRule rule{parameters.coupling.outside == coupling::Outside::allow, false};
+  if (parameters.mesh || parameters.channel)
+    for (const auto& [name, condition] : parameters.boundaries())
+      rule.periodic = rule.periodic || condition.type == fluid::BoundaryType::periodic;
   if (parameters.mesh) {
     scene.fluid = read_mesh_file(*parameters.mesh, folder, warnings);
-    check_fibers_inside(scene.fibers, scene.fluid, allow, errors, warnings);
+    check_fibers_inside(scene.fibers, scene.fluid, rule, errors, warnings);
   } else if (parameters.channel && parameters.channel->cylinder) {
     scene.fluid = make_cylinder_channel(parameters.channel->box, *parameters.channel->cylinder);
     if (!(quality_of(scene.fluid).scaled_jacobian > 1e-3))
       errors.push_back("the channel with its cylinder has folded cells; use more cells around the cylinder");
-    check_fibers_inside(scene.fibers, scene.fluid, allow, errors, warnings);
+    check_fibers_inside(scene.fibers, scene.fluid, rule, errors, warnings);
   } else if (parameters.channel) {
     const mesh::BoxParameters& box_parameters = parameters.channel->box;
     double cells = 1.0;
@@ -153,7 +167,13 @@ Scene make_scene(const cases::CaseParameters& parameters, std::vector<std::strin
     const mesh::Box box = box_of(box_parameters);
     scene.fluid = make_channel(box_parameters);
     check_channel(box, scene.fluid, errors);
-    check_fibers_inside(scene.fibers, box, allow, errors, warnings);
+    check_fibers_inside(scene.fibers, box, rule, errors, warnings);
+  }
+  if (errors.empty() && scene.fluid.cell_count() > 0) {
+    std::map<std::string, std::string> partner;
+    for (const auto& [name, condition] : parameters.boundaries())
+      if (condition.type == fluid::BoundaryType::periodic) partner[name] = condition.with;
+    match_periodic(partner, scene.fluid);
   }
   if (!errors.empty()) {
     std::string all;
@@ -224,6 +244,9 @@ std::string summary(const cases::CaseParameters& parameters, const Scene& scene)
     }
     line(sizes);
   }
+  if (!scene.fluid.periodic.empty())
+    line(log::format("faces   periodic: %lld nodes carry the unknowns of others",
+                     static_cast<long long>(scene.fluid.periodic.size())));
   const GlobalIndex fibers = scene.fibers.fiber_count();
   if (fibers > 0) {
     const long long nodes = scene.fibers.first_node.back();

@@ -24,9 +24,11 @@ bool is_finite(double cfl, double violation, const std::vector<double>& values) 
 void write_fields(const Setup& setup, io::ResultWriter& writer, GlobalIndex step, double time) {
   Timed timed("output");
   std::vector<io::NodeField> fields;
+  Vec form = nullptr;  // with ghosts: images of periodic faces are among them
   const double* values = nullptr;
   if (setup.fluid != nullptr) {
-    FBI_PETSC(VecGetArrayRead(setup.fluid->accepted(), &values));
+    FBI_PETSC(VecGhostGetLocalForm(setup.fluid->accepted(), &form));
+    FBI_PETSC(VecGetArrayRead(form, &values));
     fields.push_back({"velocity", 3, 4, 0, values});
     fields.push_back({"pressure", 1, 4, 3, values});
   }
@@ -37,7 +39,9 @@ void write_fields(const Setup& setup, io::ResultWriter& writer, GlobalIndex step
     if (setup.system->is_coupled()) fibers.force = &setup.system->lambda_old();
   }
   writer.write_step(step, time, fields, fibers);
-  if (setup.fluid != nullptr) FBI_PETSC(VecRestoreArrayRead(setup.fluid->accepted(), &values));
+  if (setup.fluid == nullptr) return;
+  FBI_PETSC(VecRestoreArrayRead(form, &values));
+  FBI_PETSC(VecGhostRestoreLocalForm(setup.fluid->accepted(), &form));
 }
 
 void Recorder::Count::add(int value) {

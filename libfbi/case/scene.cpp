@@ -99,7 +99,7 @@ Scene inspect(const Setup& setup) {
   }
   if (fluid == nullptr) return scene;
   scene.fluid_nodes = fluid->global_nodes;
-  scene.fluid_dofs = 4 * fluid->global_nodes;
+  scene.fluid_dofs = 4 * fluid->independent_nodes;
   scene.multiplier_dofs = beams != nullptr ? 3 * fibers.global_nodes : 0;
   scene.smallest_cell = setup.fluid->smallest_cell();
   scene.speed = comm.max(largest_speed(parameters, *fluid));

@@ -150,7 +150,8 @@ void describe_boundary(Visitor& v, fluid::BoundaryCondition& p) {
                           {BoundaryType::outflow, "outflow", "traction zero"},
                           {BoundaryType::traction, "traction", "traction given"},
                           {BoundaryType::pressure, "pressure", "traction -p n of a given pressure"},
-                          {BoundaryType::mixed, "mixed", "some velocity components given, traction on the others"}});
+                          {BoundaryType::mixed, "mixed", "some velocity components given, traction on the others"},
+                          {BoundaryType::periodic, "periodic", "the flow of another face, by translation"}});
   const bool mixed = p.type == BoundaryType::mixed;
   const bool open =
       p.type == BoundaryType::outflow || p.type == BoundaryType::traction || p.type == BoundaryType::pressure;
@@ -174,6 +175,10 @@ void describe_boundary(Visitor& v, fluid::BoundaryCondition& p) {
   v.number(field("backflow_beta", "beta of backflow; 0.5 bounds the energy")
                .only("type", "outflow, traction or pressure", open),
            p.backflow_beta, between(0.5, 1.0));
+  v.text(field("with", "the other face of a periodic pair; on one of them or on both")
+             .optional()
+             .only("type", "periodic", p.type == BoundaryType::periodic),
+         p.with);
   if (!v.reading() || v.failed("type")) return;
   if (p.type == BoundaryType::traction && !v.given("traction")) {
     v.missing("traction",
@@ -200,6 +205,48 @@ void describe_boundary(Visitor& v, fluid::BoundaryCondition& p) {
   }
 }
 
+namespace {
+
+/// Both faces of each periodic pair are periodic and agree; fills in the partners that were left out.
+void pair_faces(Visitor& v, fluid::BoundaryConditions& conditions) {
+  using fluid::BoundaryType;
+  if (v.failed("boundaries")) return;
+  std::vector<std::string> names;
+  for (const auto& [name, condition] : conditions) names.push_back(name);
+  bool sound = true;
+  const auto error = [&](const std::string& name, const std::string& what) {
+    v.error("boundaries." + name + (v.given("boundaries." + name + ".with") ? ".with" : ""), what);
+    sound = false;
+  };
+  const std::map<std::string, fluid::BoundaryCondition> given = conditions;
+  for (const auto& [name, condition] : given) {
+    if (condition.type != BoundaryType::periodic || condition.with.empty()) continue;
+    const auto other = given.find(condition.with);
+    if (other == given.end()) {
+      const std::string hint = did_you_mean(condition.with, names);
+      error(name,
+            "there is no face \"" + condition.with + "\"" + (hint.empty() ? "; choose " + list_text(names) : hint));
+    } else if (condition.with == name) {
+      error(name, "a face is not periodic with itself; name the opposite face");
+    } else if (other->second.type != BoundaryType::periodic) {
+      error(name, "face \"" + condition.with + "\" has another condition; make it { \"type\": \"periodic\" }");
+    } else if (!other->second.with.empty() && other->second.with != name) {
+      error(name, "face \"" + condition.with + "\" is periodic with \"" + other->second.with + "\" already");
+    } else if (!conditions[condition.with].with.empty() && conditions[condition.with].with != name) {
+      error(name,
+            "face \"" + condition.with + "\" is periodic with \"" + conditions[condition.with].with + "\" already");
+    } else {
+      conditions[condition.with].with = name;
+    }
+  }
+  if (!sound) return;
+  for (const auto& [name, condition] : conditions)
+    if (condition.type == BoundaryType::periodic && condition.with.empty())
+      error(name, "missing key \"with\": the other face of the periodic pair");
+}
+
+}  // namespace
+
 void describe_channel(Visitor& v, Channel& p) {
   v.vector(field("origin", "lower corner of the box", "length"), p.box.origin);
   v.vector(field("size", "extent of the box along x, y, z", "length").required("[3, 1, 1]"), p.box.size, positive());
@@ -214,6 +261,7 @@ void describe_channel(Visitor& v, Channel& p) {
                .required("{ \"xmin\": { \"type\": \"no_slip\" }, ... }"),
            "Boundaries", [&](Visitor& inner) { describe_boundaries(inner, p.boundaries, p.cylinder.has_value()); });
   if (!v.reading()) return;
+  pair_faces(v, p.boundaries);
   if (p.cylinder) {
     for (const char* key : {"elements", "grading", "general"})
       if (v.given(key))
@@ -244,6 +292,7 @@ void describe_mesh(Visitor& v, MeshFile& p) {
           [&](Visitor& inner, const std::string& name) { describe_boundary(inner, p.boundaries[name]); });
   if (v.reading() && v.given("file") && !v.failed("file") && p.source.file.empty())
     v.error("file", "must not be empty");
+  if (v.reading()) pair_faces(v, p.boundaries);
 }
 
 }  // namespace fbi::cases

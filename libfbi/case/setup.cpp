@@ -85,7 +85,8 @@ Setup read_setup(const Comm& comm, const std::string& path) {
   const io::CaseHeader header = io::read_case_header(comm, path);
   const CaseParameters parameters = parse_input(header, path);
   std::unique_ptr<mesh::HexMesh> fluid;
-  if (header.has_mesh()) fluid = std::make_unique<mesh::HexMesh>(io::read_mesh(comm, path));
+  if (header.has_mesh())
+    fluid = std::make_unique<mesh::HexMesh>(io::read_mesh(comm, path));
   std::unique_ptr<mesh::FiberMesh> fibers = std::make_unique<mesh::FiberMesh>(io::read_fibers(comm, path, fluid.get()));
   return make_setup(parameters, std::move(fluid), std::move(fibers));
 }

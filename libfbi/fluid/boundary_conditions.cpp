@@ -170,6 +170,19 @@ void Boundaries::set_time(double t) {
   }
   evaluated_ = true;
   agree_on_error(mesh_.comm, ExitCode::diverged, error);
+  if (mesh_.has_images()) take_values_of_masters();
+}
+
+// Images of periodic faces take the values of their masters, so that a formula that is not periodic means one velocity.
+void Boundaries::take_values_of_masters() {
+  linalg::VecHandle values = create_ghosted(mesh_);
+  {
+    LocalArray v(values);
+    apply(v.data());
+  }
+  update_ghosts(values);
+  LocalArray v(values);
+  for (std::size_t k = 0; k < given_.size(); ++k) given_value_[k] = v[given_[k].unknown];
 }
 
 void Boundaries::apply(double* u) const {

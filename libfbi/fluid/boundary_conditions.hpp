@@ -88,6 +88,7 @@ class Boundaries {
     std::array<std::array<double, 3>, 4> load{};  // int N_a h
   };
   bool leaves_normal_open(const BoundaryCondition& data, const mesh::HexMesh::LocalFace& face) const;
+  void take_values_of_masters();
   void evaluate_traction(LoadedFace& face, double t, std::string& error) const;
   template <class T>
   void backflow_face(const FacePoints& points, double beta_density, const T* u, T* r) const;

@@ -213,6 +213,7 @@ bool FluidField::Implementation::report_start() {
 void FluidField::initialize() {
   Implementation& f = *implementation_;
   f.evaluate_initial_velocity();
+  update_ghosts(f.accepted);  // images of periodic faces
   f.boundaries.set_time(0.0);
   if (f.parameters.project_initial_velocity) make_divergence_free();
   const bool fits = f.steady() || f.report_start();

@@ -41,7 +41,8 @@ enum class BoundaryType {
   outflow,   ///< zero traction; optional backflow stabilisation
   traction,  ///< traction given; optional backflow stabilisation
   pressure,  ///< traction -p n of a given pressure; optional backflow stabilisation
-  mixed      ///< some velocity components given, traction on the others
+  mixed,     ///< some velocity components given, traction on the others
+  periodic   ///< the same flow as on the face `with`, by translation
 };
 
 /// Condition on one named face set.
@@ -53,6 +54,7 @@ struct BoundaryCondition {
   input::Expression pressure{};        ///< p [force/area], for `pressure`
   bool backflow = false;               ///< adds -beta rho min(v.n,0) (w,v) on the face
   double backflow_beta = 0.5;          ///< in [0.5, 1]
+  std::string with{};                  ///< for `periodic`: the other face
 };
 
 using BoundaryConditions = std::map<std::string, BoundaryCondition>;  ///< by face-set name

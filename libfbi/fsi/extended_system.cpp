@@ -58,7 +58,7 @@ bool ExtendedSystem::factorize() {
   };
   const auto multiplier_number = [&](GlobalIndex number) {  // number = 3 row + direction
     const int rank = owner(number, 1);
-    const GlobalIndex fluid_end = rank + 1 < comm_.size() ? starts[2 * (rank + 1)] : 4 * mesh.global_nodes;
+    const GlobalIndex fluid_end = rank + 1 < comm_.size() ? starts[2 * (rank + 1)] : 4 * mesh.independent_nodes;
     return static_cast<PetscInt>(number + fluid_end);
   };
 

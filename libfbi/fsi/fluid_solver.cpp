@@ -39,7 +39,7 @@ FluidSolver::FluidSolver(fluid::FluidField& fluid, const coupling::Coupling* cou
   work_ = fluid_.create_vector();
   work2_ = fluid_.create_vector();
   scaled_ = fluid_.create_vector();
-  FBI_PETSC(VecCreateMPI(comm_.get(), mesh.owned_nodes, mesh.global_nodes, pressure_right_.out()));
+  FBI_PETSC(VecCreateMPI(comm_.get(), mesh.owned_nodes, mesh.independent_nodes, pressure_right_.out()));
   FBI_PETSC(VecDuplicate(pressure_right_, pressure_solution_.out()));
   krylov_ = std::make_unique<linalg::Krylov>(
       comm_, ghosted_, [this](Vec x, Vec y) { apply_operator(x, y); },
@@ -59,7 +59,7 @@ double FluidSolver::project_residual(Vec r) const {
   Write values(r);
   double sum = 0.0;
   for (Index a = 0; a < mesh.owned_nodes; ++a) sum += values.get()[4 * static_cast<std::size_t>(a) + 3];
-  const double mean = comm_.sum(sum) / static_cast<double>(mesh.global_nodes);
+  const double mean = comm_.sum(sum) / static_cast<double>(mesh.independent_nodes);
   for (Index a = 0; a < mesh.owned_nodes; ++a) values.get()[4 * static_cast<std::size_t>(a) + 3] -= mean;
   return mean;
 }

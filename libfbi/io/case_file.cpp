@@ -22,6 +22,12 @@ void write_mesh(File& file, const mesh::HexMeshData& mesh) {
     for (const mesh::Face& face : faces) rows.insert(rows.end(), {face.cell, face.face});
     write_numbers(file, "/mesh/faces/" + name, rows, 2, 0, static_cast<GlobalIndex>(faces.size()), mesh.cell_count());
   }
+  if (!mesh.periodic.empty()) {
+    std::vector<GlobalIndex> rows;
+    for (const std::array<GlobalIndex, 2>& pair : mesh.periodic) rows.insert(rows.end(), pair.begin(), pair.end());
+    write_numbers(file, "/mesh/periodic", rows, 2, 0, static_cast<GlobalIndex>(mesh.periodic.size()),
+                  mesh.node_count());
+  }
   if (mesh.box)
     for (int a = 0; a < 3; ++a) file.write(std::string("/mesh/box/") + axis_names[a], mesh.box->coordinates[a]);
 }
@@ -113,7 +119,7 @@ CaseHeader read_case_header(const Comm& comm, const std::string& path) {
   return header;
 }
 
-mesh::HexMesh read_mesh(const Comm& comm, const std::string& path) {
+mesh::HexMeshChunk read_mesh_chunk(const Comm& comm, const std::string& path) {
   mesh::HexMeshChunk chunk;
   {
     const File file = open_kind(comm, path, FileKind::case_input);
@@ -134,13 +140,22 @@ mesh::HexMesh read_mesh(const Comm& comm, const std::string& path) {
       std::vector<mesh::Face>& list = chunk.faces[name];
       for (std::size_t i = 0; i + 1 < rows.size(); i += 2) list.push_back({rows[i], static_cast<Index>(rows[i + 1])});
     }
+    if (file.has("/mesh/periodic")) {
+      const Range pairs = even_range(comm, file.shape("/mesh/periodic")[0]);
+      const std::vector<GlobalIndex> rows = file.read_rows<GlobalIndex>("/mesh/periodic", pairs.begin, pairs.count);
+      for (std::size_t i = 0; i + 1 < rows.size(); i += 2) chunk.periodic.push_back({rows[i], rows[i + 1]});
+    }
     if (file.has("/mesh/box")) {
       chunk.box.emplace();
       for (int a = 0; a < 3; ++a)
         chunk.box->coordinates[a] = file.read<double>(std::string("/mesh/box/") + axis_names[a]);
     }
   }
-  return distribute(comm, std::move(chunk));
+  return chunk;
+}
+
+mesh::HexMesh read_mesh(const Comm& comm, const std::string& path) {
+  return distribute(comm, read_mesh_chunk(comm, path));
 }
 
 mesh::FiberMesh read_fibers(const Comm& comm, const std::string& path, const mesh::HexMesh* fluid) {

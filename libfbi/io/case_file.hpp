@@ -2,6 +2,7 @@
 ///
 ///     /input                     text of the JSON file; attribute "name"
 ///     /mesh/nodes, cells         shape=(nodes,3) and (cells,8); /mesh/faces/NAME: (faces,2) = cell, local face
+///     /mesh/periodic             shape=(pairs,2): image and master node; only with periodic faces
 ///     /mesh/box/x, y, z          only when the mesh is a tensor-product box
 ///     /fibers/names, group, first_node, position, tangent, element_length
 #pragma once
@@ -40,6 +41,9 @@ struct CaseHeader {
 
 /// Reads text and sizes; rank 0 reads. Throws Error(file). Collective.
 CaseHeader read_case_header(const Comm& comm, const std::string& path);
+
+/// Reads each rank's chunk of the mesh. Throws Error(file) also when the case has no mesh. Collective.
+mesh::HexMeshChunk read_mesh_chunk(const Comm& comm, const std::string& path);
 
 /// Reads and distributes the mesh; each rank reads its part only. Throws Error(file) also when the case has no mesh.
 /// Collective.

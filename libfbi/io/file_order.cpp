@@ -6,6 +6,11 @@ FileOrder node_order(const mesh::HexMesh& mesh) {
   return FileOrder(mesh.comm, {mesh.node_id.begin(), mesh.node_id.begin() + mesh.owned_nodes}, mesh.global_nodes);
 }
 
+FileOrder output_order(const mesh::HexMesh& mesh) {
+  const Index count = mesh.owned_nodes + mesh.written_images;
+  return FileOrder(mesh.comm, {mesh.node_id.begin(), mesh.node_id.begin() + count}, mesh.global_nodes);
+}
+
 FileOrder fiber_node_order(const mesh::FiberMesh& fibers) {
   std::vector<GlobalIndex> numbers;
   for (Index f = 0; f < fibers.fibers(); ++f)

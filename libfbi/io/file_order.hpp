@@ -93,8 +93,11 @@ class FileOrder {
   std::vector<Index> file_row_;  // place of each received row in the chunk
 };
 
-/// File order of the owned nodes of a mesh. Collective.
+/// File order of the owned nodes of a mesh; rows of images are zero in a file. Collective.
 FileOrder node_order(const mesh::HexMesh& mesh);
+/// File order of the owned nodes and of the images that this rank writes (the local nodes right after the owned ones).
+/// Collective.
+FileOrder output_order(const mesh::HexMesh& mesh);
 /// File order of the nodes of the fibers. Collective.
 FileOrder fiber_node_order(const mesh::FiberMesh& fibers);
 

@@ -92,7 +92,7 @@ ResultWriter::ResultWriter(const Comm& comm, const RunPaths& paths, const mesh::
   GlobalIndex largest = 0;
   xdmf_.folder = paths_.folder_name();
   if (fluid_) {
-    nodes_ = node_order(*fluid_);
+    nodes_ = output_order(*fluid_);
     xdmf_.nodes = fluid_->global_nodes;
     xdmf_.cells = fluid_->global_cells;
     largest = fluid_->global_nodes;

@@ -52,7 +52,7 @@ int slab_axis(const mesh::HexMesh& mesh) {
 }  // namespace
 
 bool TensorPoisson::supports(const mesh::HexMesh& mesh) {
-  if (!mesh.box) return false;
+  if (!mesh.box || mesh.has_images()) return false;
   const int axis = slab_axis(mesh);
   if (axis < 0) return false;
   // Slabs must follow each other in rank order.

@@ -26,7 +26,8 @@ class TensorPoisson : public PressureSolver {
   TensorPoisson(const mesh::HexMesh& mesh, const std::array<std::array<double, 2>, 3>& robin,
                 const std::array<std::vector<double>, 3>& factor = {});
 
-  /// True when the mesh is a box and every rank owns whole planes of nodes. The same on all ranks. Collective.
+  /// True when the mesh is a box without periodic faces and every rank owns whole planes of nodes. The same on all
+  /// ranks. Collective.
   static bool supports(const mesh::HexMesh& mesh);
 
   /// x = L^-1 b; vectors hold one number per owned node. Collective.

@@ -13,16 +13,52 @@ namespace {
 
 struct PlacedNode {
   std::array<double, 3> x;
-  int owner;  // lowest rank that asked for the node
+  int owner;           // lowest rank that asked for the node
+  GlobalIndex master;  // -1: the node is no image
 };
 
-// Coordinates and lowest asking rank of the nodes `ids`, from the ranks that hold their chunks. Collective.
+// What the ranks that hold the chunks know of their nodes.
+struct NodeHome {
+  std::vector<int> owner;           // lowest rank that has the node
+  std::vector<GlobalIndex> master;  // -1: no image
+};
+
+// Masters of the nodes of this rank's chunk. Collective.
+std::vector<GlobalIndex> home_masters(const Comm& comm, const HexMeshChunk& chunk,
+                                      const std::vector<GlobalIndex>& begins) {
+  std::vector<GlobalIndex> master(chunk.nodes.size() / 3, -1);
+  if (!comm.any(!chunk.periodic.empty())) return master;
+  std::vector<int> rank;
+  for (const std::array<GlobalIndex, 2>& pair : chunk.periodic) rank.push_back(chunk_rank(begins, pair[0]));
+  for (const std::array<GlobalIndex, 2>& pair : exchange(comm, make_lists(comm.size(), chunk.periodic, rank)).data)
+    master[pair[0] - chunk.first_node] = pair[1];
+  return master;
+}
+
+// Answers of type T, in the order of `ids`, from the ranks `rank`; `answer` maps an id to what is sent back.
+// Collective.
+template <class T, class Answer>
+std::vector<T> ask(const Comm& comm, const std::vector<GlobalIndex>& ids, const std::vector<int>& rank, Answer answer) {
+  const RankLists<GlobalIndex> asked = exchange(comm, make_lists(comm.size(), ids, rank));
+  RankLists<T> answers;
+  answers.first = asked.first;
+  answers.data.reserve(asked.data.size());
+  for (const GlobalIndex id : asked.data) answers.data.push_back(answer(id));
+  const RankLists<T> received = exchange(comm, answers);
+  std::vector<int> next(received.first.begin(), received.first.end() - 1);
+  std::vector<T> result(ids.size());
+  for (std::size_t i = 0; i < ids.size(); ++i) result[i] = received.data[next[rank[i]]++];
+  return result;
+}
+
+// Coordinates, lowest asking rank and master of the nodes `ids`, from the ranks that hold their chunks. Collective.
 std::vector<PlacedNode> fetch_nodes(const Comm& comm, const HexMeshChunk& chunk, const std::vector<GlobalIndex>& begins,
-                                    const std::vector<GlobalIndex>& ids) {
+                                    const std::vector<GlobalIndex>& ids, NodeHome& home) {
   std::vector<int> rank(ids.size());
   for (std::size_t i = 0; i < ids.size(); ++i) rank[i] = chunk_rank(begins, ids[i]);
   const RankLists<GlobalIndex> asked = exchange(comm, make_lists(comm.size(), ids, rank));
-  std::vector<int> owner(chunk.nodes.size() / 3, comm.size());
+  std::vector<int>& owner = home.owner;
+  owner.assign(chunk.nodes.size() / 3, comm.size());
   for (int r = 0; r < comm.size(); ++r)
     for (int i = asked.first[r]; i < asked.first[r + 1]; ++i) {
       int& lowest = owner[asked.data[i] - chunk.first_node];
@@ -33,7 +69,9 @@ std::vector<PlacedNode> fetch_nodes(const Comm& comm, const HexMeshChunk& chunk,
   answer.data.reserve(asked.data.size());
   for (const GlobalIndex id : asked.data) {
     const std::size_t node = static_cast<std::size_t>(id - chunk.first_node);
-    answer.data.push_back({{chunk.nodes[3 * node], chunk.nodes[3 * node + 1], chunk.nodes[3 * node + 2]}, owner[node]});
+    answer.data.push_back({{chunk.nodes[3 * node], chunk.nodes[3 * node + 1], chunk.nodes[3 * node + 2]},
+                           owner[node],
+                           home.master.empty() ? -1 : home.master[node]});
   }
   const RankLists<PlacedNode> received = exchange(comm, answer);
   std::vector<int> next(received.first.begin(), received.first.end() - 1);
@@ -63,7 +101,8 @@ std::vector<int> place_cells(const Comm& comm, const HexMeshChunk& chunk, const 
     return rank;
   }
   const std::vector<GlobalIndex> ids = sorted_unique(chunk.cells);
-  const std::vector<PlacedNode> nodes = fetch_nodes(comm, chunk, node_begins, ids);
+  NodeHome home;
+  const std::vector<PlacedNode> nodes = fetch_nodes(comm, chunk, node_begins, ids, home);
   std::vector<double> centers(3 * cells);
   std::vector<GlobalIndex> cell_ids(cells);
   for (std::size_t c = 0; c < cells; ++c) {
@@ -110,19 +149,32 @@ void check_chunk(const Comm& comm, const HexMeshChunk& chunk) {
     if (nodes != chunk.global_nodes || cells != chunk.global_cells)
       text = "the coordinate arrays of the box do not fit its number of nodes and cells; make the mesh again";
   }
+  for (const std::array<GlobalIndex, 2>& pair : chunk.periodic)
+    for (const GlobalIndex id : pair)
+      if (id < 0 || id >= chunk.global_nodes)
+        text = "a periodic pair names a node that is not there; make the mesh again";
   agree_on_error(comm, ExitCode::geometry, text);
 }
 
-// Local numbers and owners: owned nodes first, then ghosts, each ascending by file id; sets all node data of the mesh.
+// Local numbers and owners: owned nodes, then ghosts (of them first the images that this rank writes), each ascending
+// by file id; sets all node data of the mesh.
 void number_nodes(const Comm& comm, const HexMeshChunk& chunk, const std::vector<GlobalIndex>& begins,
                   const std::vector<GlobalIndex>& cell_nodes, HexMesh& mesh) {
   const std::vector<GlobalIndex> ids = sorted_unique(cell_nodes);
-  const std::vector<PlacedNode> nodes = fetch_nodes(comm, chunk, begins, ids);
-  const auto owned = [&](std::size_t i) { return nodes[i].owner == comm.rank(); };
-  mesh.owned_nodes = 0;
-  for (std::size_t i = 0; i < ids.size(); ++i) mesh.owned_nodes += owned(i);
+  NodeHome home;
+  home.master = home_masters(comm, chunk, begins);
+  const std::vector<PlacedNode> nodes = fetch_nodes(comm, chunk, begins, ids, home);
+  const auto first_here = [&](std::size_t i) { return nodes[i].owner == comm.rank(); };
+  const auto owned = [&](std::size_t i) { return first_here(i) && nodes[i].master < 0; };
+  const auto written = [&](std::size_t i) { return first_here(i) && nodes[i].master >= 0; };
+  mesh.owned_nodes = mesh.written_images = 0;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    mesh.owned_nodes += owned(i);
+    mesh.written_images += written(i);
+  }
   mesh.first_node = comm.sum_before(GlobalIndex{mesh.owned_nodes});
-  const GlobalIndex total = comm.sum(GlobalIndex{mesh.owned_nodes});
+  mesh.independent_nodes = comm.sum(GlobalIndex{mesh.owned_nodes});
+  const GlobalIndex total = mesh.independent_nodes + comm.sum(GlobalIndex{mesh.written_images});
   if (total != chunk.global_nodes)
     throw Error(ExitCode::geometry, log::format("%lld of %lld nodes belong to no cell; remove them from the mesh",
                                                 static_cast<long long>(chunk.global_nodes - total),
@@ -130,29 +182,33 @@ void number_nodes(const Comm& comm, const HexMeshChunk& chunk, const std::vector
   mesh.node_id.resize(ids.size());
   mesh.coordinates.resize(3 * ids.size());
   mesh.node_number.resize(ids.size());
-  std::vector<Index> local(ids.size());
-  std::vector<GlobalIndex> owned_ids, ghost_ids;
-  std::vector<int> ghost_owner;
-  Index next_owned = 0, next_ghost = mesh.owned_nodes;
+  std::vector<Index> local(ids.size()), ghosts;
+  std::vector<GlobalIndex> owned_ids, ghost_masters;  // the node whose solver number a ghost has: itself or its master
+  std::vector<int> master_owner;
+  Index next_owned = 0, next_written = mesh.owned_nodes, next_ghost = mesh.owned_nodes + mesh.written_images;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    local[i] = owned(i) ? next_owned++ : next_ghost++;
+    local[i] = owned(i) ? next_owned++ : written(i) ? next_written++ : next_ghost++;
     mesh.node_id[local[i]] = ids[i];
     std::copy(nodes[i].x.begin(), nodes[i].x.end(), &mesh.coordinates[3 * static_cast<std::size_t>(local[i])]);
     if (owned(i)) {
       mesh.node_number[local[i]] = mesh.first_node + local[i];
       owned_ids.push_back(ids[i]);
     } else {
-      ghost_ids.push_back(ids[i]);
-      ghost_owner.push_back(nodes[i].owner);
+      ghosts.push_back(local[i]);
+      ghost_masters.push_back(nodes[i].master < 0 ? ids[i] : nodes[i].master);
+      master_owner.push_back(nodes[i].owner);
     }
   }
-  // Solver numbers of the ghosts, from their owners.
-  RankLists<GlobalIndex> asked = exchange(comm, make_lists(comm.size(), ghost_ids, ghost_owner));
-  for (GlobalIndex& id : asked.data) id = mesh.first_node + static_cast<GlobalIndex>(position_of(owned_ids, id));
-  const RankLists<GlobalIndex> numbers = exchange(comm, asked);
-  std::vector<int> next(numbers.first.begin(), numbers.first.end() - 1);
-  for (std::size_t g = 0; g < ghost_ids.size(); ++g)
-    mesh.node_number[mesh.owned_nodes + g] = numbers.data[next[ghost_owner[g]]++];
+  if (mesh.independent_nodes < chunk.global_nodes) {
+    std::vector<int> at;
+    for (const GlobalIndex id : ghost_masters) at.push_back(chunk_rank(begins, id));
+    master_owner = ask<int>(comm, ghost_masters, at, [&](GlobalIndex id) { return home.owner[id - chunk.first_node]; });
+  }
+  // Solver numbers of the ghosts, from the owners.
+  const std::vector<GlobalIndex> numbers = ask<GlobalIndex>(comm, ghost_masters, master_owner, [&](GlobalIndex id) {
+    return mesh.first_node + static_cast<GlobalIndex>(position_of(owned_ids, id));
+  });
+  for (std::size_t g = 0; g < ghosts.size(); ++g) mesh.node_number[ghosts[g]] = numbers[g];
   // Neighbouring cells name nearly the same nodes: try the places after the last hits before searching.
   mesh.cells.resize(cell_nodes.size());
   std::array<std::size_t, 8> last{};
@@ -195,6 +251,12 @@ HexMesh distribute(const Comm& comm, HexMeshChunk chunk) {
   check_chunk(comm, chunk);
   const std::vector<GlobalIndex> node_begins = chunk_begins(comm, chunk.first_node, chunk.global_nodes);
   const std::vector<int> rank_of_cell = place_cells(comm, chunk, node_begins);
+  return distribute(comm, std::move(chunk), rank_of_cell);
+}
+
+HexMesh distribute(const Comm& comm, HexMeshChunk chunk, const std::vector<int>& rank_of_cell) {
+  check_chunk(comm, chunk);
+  const std::vector<GlobalIndex> node_begins = chunk_begins(comm, chunk.first_node, chunk.global_nodes);
   HexMesh mesh;
   mesh.comm = comm;
   mesh.global_nodes = chunk.global_nodes;
@@ -235,6 +297,8 @@ HexMeshChunk chunk_of(const Comm& comm, const HexMeshData& mesh) {
     const auto [begin, end] = range(static_cast<GlobalIndex>(faces.size()));
     chunk.faces[name].assign(faces.begin() + begin, faces.begin() + end);
   }
+  const auto [pair, pair_end] = range(static_cast<GlobalIndex>(mesh.periodic.size()));
+  chunk.periodic.assign(mesh.periodic.begin() + pair, mesh.periodic.begin() + pair_end);
   chunk.box = mesh.box;
   return chunk;
 }

@@ -28,23 +28,25 @@ struct Box {
 
 /// A hexahedral mesh. Node order of a hex8: (-,-,-) (+,-,-) (+,+,-) (-,+,-) then the same with zeta = +1 (VTK order).
 struct HexMeshData {
-  std::vector<double> nodes;                      ///< shape=(nodes,3), row-major [length]
-  std::vector<GlobalIndex> cells;                 ///< shape=(cells,8), row-major, node numbers
-  std::map<std::string, std::vector<Face>> faces; ///< named face sets
-  std::optional<Box> box;                         ///< set when the mesh is a tensor-product box in the numbering above
+  std::vector<double> nodes;                       ///< shape=(nodes,3), row-major [length]
+  std::vector<GlobalIndex> cells;                  ///< shape=(cells,8), row-major, node numbers
+  std::map<std::string, std::vector<Face>> faces;  ///< named face sets
+  /// Node pairs (image, master): the image carries the unknowns of its master, which is no image itself; ascending.
+  std::vector<std::array<GlobalIndex, 2>> periodic;
+  std::optional<Box> box;  ///< set when the mesh is a tensor-product box in the numbering above
   GlobalIndex node_count() const { return static_cast<GlobalIndex>(nodes.size()) / 3; }
   GlobalIndex cell_count() const { return static_cast<GlobalIndex>(cells.size()) / 8; }
 };
 
 /// Fibers, each a chain of Hermite elements: element e of a fiber joins its nodes e and e+1.
 struct FiberMeshData {
-  std::vector<std::string> name;           ///< shape=(fibers): "patch/3/0", ...
-  std::vector<Index> group;                ///< shape=(fibers): index into "fibers" of the case file
-  std::vector<GlobalIndex> first_node;     ///< shape=(fibers+1)
-  std::vector<double> position;            ///< reference node positions, shape=(nodes,3) [length]
-  std::vector<double> tangent;             ///< reference node tangents dr/ds, shape=(nodes,3), unit vectors
-  std::vector<double> element_length;      ///< l_ele, arc-length consistent, shape=(elements) [length];
-                                           ///< element e of fiber f has number first_node[f] - f + e
+  std::vector<std::string> name;        ///< shape=(fibers): "patch/3/0", ...
+  std::vector<Index> group;             ///< shape=(fibers): index into "fibers" of the case file
+  std::vector<GlobalIndex> first_node;  ///< shape=(fibers+1)
+  std::vector<double> position;         ///< reference node positions, shape=(nodes,3) [length]
+  std::vector<double> tangent;          ///< reference node tangents dr/ds, shape=(nodes,3), unit vectors
+  std::vector<double> element_length;   ///< l_ele, arc-length consistent, shape=(elements) [length];
+                                        ///< element e of fiber f has number first_node[f] - f + e
   GlobalIndex fiber_count() const { return static_cast<GlobalIndex>(name.size()); }
 };
 

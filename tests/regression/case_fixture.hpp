@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -103,12 +104,16 @@ struct Snapshot {
 /// A case at t = 0 on a communicator, and what the tests ask of it.
 class CoupledCase {
  public:
-  explicit CoupledCase(const Json& json, MPI_Comm mpi = MPI_COMM_WORLD) : text_(json.dump(2)), comm_(mpi) {
+  /// `change` may alter the mesh before it is distributed.
+  explicit CoupledCase(const Json& json, MPI_Comm mpi = MPI_COMM_WORLD,
+                       const std::function<void(mesh::HexMeshData&)>& change = {})
+      : text_(json.dump(2)), comm_(mpi) {
     log::configure(comm_.rank() == 0, true);
     const cases::CaseParameters parameters = cases::parse_case(text_, "test.json");
     std::vector<std::string> warnings;
     meshgen::Scene scene = meshgen::make_scene(parameters, warnings);
     std::unique_ptr<mesh::HexMesh> fluid;
+    if (change) change(scene.fluid);
     if (parameters.fluid)
       fluid = std::make_unique<mesh::HexMesh>(mesh::distribute(comm_, mesh::chunk_of(comm_, scene.fluid)));
     GlobalIndex first_fiber = 0, first_node = 0;

@@ -161,6 +161,53 @@ TEST(Distribute, RefusesNodesWithoutCellAndWrongNumbers) {
   EXPECT_THROW(distribute(comm, chunk_of(comm, whole)), Error);
 }
 
+// Periodic in x and z: images have the numbers of their masters, and every node of the file is written once.
+TEST(Distribute, ImagesCarryTheNumbersOfTheirMasters) {
+  const Comm comm;
+  for (const bool general : {false, true}) {
+    HexMeshData whole = test_box(7, 3, 1, general);
+    const GlobalIndex row = 8, plane = 8 * 4;
+    std::vector<GlobalIndex> master(whole.node_count());
+    for (GlobalIndex n = 0; n < whole.node_count(); ++n) {
+      master[n] = n % plane;
+      if (master[n] % row == row - 1) master[n] -= row - 1;
+      if (master[n] != n) whole.periodic.push_back({n, master[n]});
+    }
+    const HexMesh mesh = distribute(comm, chunk_of(comm, whole));
+    EXPECT_EQ(mesh.independent_nodes, 7 * 4);
+    EXPECT_TRUE(mesh.has_images());
+    EXPECT_EQ(comm.sum(GlobalIndex{mesh.owned_nodes}), 7 * 4);
+    EXPECT_EQ(comm.sum(GlobalIndex{mesh.written_images}), whole.node_count() - 7 * 4);
+    // Solver number of each master, from its owner.
+    std::vector<GlobalIndex> number(whole.node_count(), 0), written(whole.node_count(), 0);
+    for (Index n = 0; n < mesh.owned_nodes; ++n) {
+      EXPECT_EQ(master[mesh.node_id[n]], mesh.node_id[n]);
+      number[mesh.node_id[n]] = mesh.node_number[n];
+    }
+    for (Index n = 0; n < mesh.owned_nodes + mesh.written_images; ++n) written[mesh.node_id[n]] += 1;
+    for (std::vector<GlobalIndex>* all : {&number, &written})
+      MPI_Allreduce(MPI_IN_PLACE, all->data(), static_cast<int>(all->size()), MPI_INT64_T, MPI_SUM, comm.get());
+    EXPECT_EQ(written, std::vector<GlobalIndex>(whole.node_count(), 1));
+    for (Index n = 0; n < mesh.local_nodes(); ++n) {
+      EXPECT_EQ(mesh.node_number[n], number[master[mesh.node_id[n]]]);
+      for (int d = 0; d < 3; ++d) EXPECT_EQ(mesh.node(n)[d], whole.nodes[3 * mesh.node_id[n] + d]);
+    }
+  }
+}
+
+// Cells may be placed by anybody.
+TEST(Distribute, TakesGivenRanks) {
+  const Comm comm;
+  const HexMeshData whole = test_box(5, 4, 3, true);
+  HexMeshChunk chunk = chunk_of(comm, whole);
+  std::vector<int> rank(chunk.cells.size() / 8);
+  for (std::size_t c = 0; c < rank.size(); ++c)
+    rank[c] = static_cast<int>((7 * (chunk.first_cell + static_cast<GlobalIndex>(c))) % comm.size());
+  const HexMesh mesh = distribute(comm, chunk, rank);
+  check(comm, whole, mesh);
+  for (const GlobalIndex cell : mesh.cell_id) EXPECT_EQ(7 * cell % comm.size(), comm.rank());
+}
+
 TEST(Distribute, HalfAMillionCells) {
   const Comm comm;
   HexMeshChunk chunk = chunk_of(comm, test_box(480, 32, 32));
