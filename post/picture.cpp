@@ -8,26 +8,13 @@
 #include "base/log.hpp"
 #include "io/format.hpp"
 #include "io/pending_file.hpp"
+#include "post/outputs.hpp"
 #include "post/plot.hpp"
 
 namespace fbi::post {
 namespace {
 
 using io::File;
-
-// The output of that step, or the last one.
-io::StepTime choose(const Run& run, std::optional<GlobalIndex> step) {
-  if (run.outputs.empty())
-    throw Error(ExitCode::file,
-                "\"" + run.paths.index + "\" has no field output yet; set \"every\" in \"output\" or wait");
-  if (!step) return run.outputs.back();
-  std::string known;
-  for (const io::StepTime& output : run.outputs) {
-    if (output.step == *step) return output;
-    known += (known.empty() ? "" : ", ") + std::to_string(output.step);
-  }
-  throw Error(ExitCode::usage, "there is no output of step " + std::to_string(*step) + "; there are: " + known);
-}
 
 // Lines "x y speed" of the plane z = middle, a blank line after each row of nodes; sets the largest speed.
 std::string slice(const File& fields, const std::array<std::vector<double>, 3>& box, double& largest) {
@@ -84,7 +71,7 @@ std::string center_lines(const File& mesh, const File& fields, double middle) {
 }  // namespace
 
 std::vector<std::string> write_picture(const std::string& base, const Run& run, std::optional<GlobalIndex> step) {
-  const io::StepTime output = choose(run, step);
+  const io::StepTime output = choose_output(run, {step, std::nullopt});
   const File mesh = io::open_kind(run.paths.mesh(), io::FileKind::mesh);
   const File fields = io::open_kind(run.paths.step(output.step), io::FileKind::step);
   if (!mesh.has("/fluid/box") || !fields.has("/fluid/velocity"))

@@ -41,7 +41,9 @@ std::vector<std::string> write_plot(const std::string& base, const Plot& plot) {
   std::string data = "#";
   for (const std::string& column : plot.columns) data += " " + column;
   data += "\n";
-  for (const Curve& curve : plot.curves) {
+  std::vector<Curve> blocks = plot.curves;
+  blocks.insert(blocks.end(), plot.guides.begin(), plot.guides.end());
+  for (const Curve& curve : blocks) {
     data += "# " + curve.label + "\n";
     for (const std::vector<double>& row : curve.rows) {
       for (std::size_t c = 0; c < row.size(); ++c) data += log::format(c ? " %.17g" : "%.17g", row[c]);
@@ -54,12 +56,22 @@ std::vector<std::string> write_plot(const std::string& base, const Plot& plot) {
   for (std::size_t i = 0; i < plot.curves.size(); ++i)
     curves += std::string(i ? ", \\\n     " : "plot ") + gnuplot_quoted(name + ".dat") + " index " + std::to_string(i) +
               " using 1:" + std::to_string(plot.y_column) + " with " +
-              (plot.curves[i].rows.size() > 1 ? "lines" : "points") + " linewidth 2 title " +
-              gnuplot_quoted(plot.curves[i].label) + " noenhanced";
+              (plot.curves[i].rows.size() < 2 ? "points"
+               : plot.log_axes                ? "linespoints pointtype 7"
+                                              : "lines") +
+              " linewidth 2 title " + gnuplot_quoted(plot.curves[i].label) + " noenhanced";
+  std::string settings = plot.log_axes ? "set logscale xy\nset format y '%.0e'\n" : "";
+  for (std::size_t i = 0; i < plot.guides.size(); ++i) {
+    curves += ", \\\n     " + gnuplot_quoted(name + ".dat") + " index " + std::to_string(plot.curves.size() + i) +
+              " using 1:2 with lines linewidth 1 linecolor rgb '#707070' notitle";
+    const std::vector<double>& last = plot.guides[i].rows.back();
+    settings += "set label " + gnuplot_quoted(plot.guides[i].label) +
+                log::format(" at first %.9g, first %.9g offset 0.6,0 noenhanced\n", last[0], last[1]);
+  }
   const std::string script =
       "# Run it with: gnuplot " + name + ".gp\nset encoding utf8\nset title " + gnuplot_quoted(plot.title) +
-      " noenhanced\nset xlabel " + gnuplot_quoted(plot.x_label) + "\nset ylabel " + gnuplot_quoted(plot.y_label) +
-      "\nset grid\nset key outside below\nset terminal svg size 900,560 font 'sans,16' dynamic background 'white'\n"
+      " noenhanced\nset xlabel " + gnuplot_quoted(plot.x_label) + "\nset ylabel " + gnuplot_quoted(plot.y_label) + "\n" + settings +
+      "set grid\nset key outside below\nset terminal svg size 900,560 font 'sans,16' dynamic background 'white'\n"
       "set output " +
       gnuplot_quoted(name + ".svg") + "\n" + curves +
       "\nset terminal pngcairo size 1350,840 font 'sans,16'\nset output " + gnuplot_quoted(name + ".png") +

@@ -20,6 +20,9 @@ struct Plot {
   std::vector<std::string> columns;  ///< names, for the head of the data file
   int y_column = 2;
   std::vector<Curve> curves;
+  bool log_axes = false;  ///< both axes logarithmic, points joined by lines
+  /// Thin gray lines without an entry in the key, such as slope triangles; a label stands beside the last point.
+  std::vector<Curve> guides{};
 };
 
 /// Writes BASE.dat and BASE.gp and lets gnuplot make BASE.svg, BASE.png and BASE.pdf. Returns the files' paths. Throws

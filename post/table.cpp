@@ -53,7 +53,9 @@ std::string format_table(const Table& table, TableFormat format) {
   }
   std::vector<bool> left(table.columns.size(), false);  // texts stand left, numbers right
   for (std::size_t c = 0; c < left.size(); ++c)
-    left[c] = !table.rows.empty() && std::holds_alternative<std::string>(table.rows[0][c]);
+    left[c] = !table.rows.empty() && std::all_of(table.rows.begin(), table.rows.end(), [c](const auto& row) {
+      return std::holds_alternative<std::string>(row[c]);
+    });
   const std::vector<std::size_t> width = widths(lines);
 
   const bool markdown = format == TableFormat::markdown, latex = format == TableFormat::latex,

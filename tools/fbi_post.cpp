@@ -8,12 +8,17 @@
 #include "base/log.hpp"
 #include "base/version.hpp"
 #include "io/pending_file.hpp"
+#include "post/convergence.hpp"
+#include "post/difference.hpp"
+#include "post/history_series.hpp"
 #include "post/info.hpp"
 #include "post/picture.hpp"
 #include "post/plot.hpp"
+#include "post/quantities.hpp"
 #include "post/reader.hpp"
 #include "post/table.hpp"
 #include "post/tip.hpp"
+#include "post/verification.hpp"
 
 namespace {
 
@@ -29,6 +34,22 @@ struct Arguments {
   bool no_plot = false;
   bool quiet = false;
   std::optional<fbi::GlobalIndex> step;
+  // differences
+  std::vector<std::string> fields;
+  std::vector<std::string> norms = {"l2"};
+  std::optional<double> time;
+  std::string on = "fine";
+  bool remove_mean = false;
+  int points = 3;
+  double uncovered = 0.01;
+  std::string exact, exact_pressure, reference;
+  std::string against_name = "h";
+  // histories
+  std::vector<std::string> quantities;
+  std::optional<double> reference_value, from, length, speed;
+  std::string reduce = "last";
+  // verification
+  std::string page = "docs/verification.md";
 };
 
 /// DIRECTORY/NAME.KIND; beside the first run unless a directory is given. Several runs share the name "compare".
@@ -52,19 +73,28 @@ void say_written(const std::vector<std::string>& files) {
   fbi::log::info("wrote%s", text.c_str());
 }
 
-void tip(const Arguments& arguments) {
+/// Writes BASE.txt (.csv, .md, .tex) and prints the same.
+void show(const Arguments& arguments, const std::string& base, const Table& table) {
   const TableFormat format = *table_format(arguments.format);
-  std::vector<Run> runs;
-  std::vector<TipSeries> tips;
-  for (const std::string& file : arguments.files) {
-    runs.push_back(read_run(file));
-    for (TipSeries& series : read_tips(runs.back(), arguments.fibers)) tips.push_back(std::move(series));
-  }
-  const std::string base = base_name(arguments, runs, "tip");
-  const std::string text = format_table(tip_table(tips), format);
+  const std::string text = format_table(table, format);
   fbi::io::write_text_file(base + file_ending(format), text);
   print(text);
   say_written({base + file_ending(format)});
+}
+
+std::vector<Run> read_runs(const Arguments& arguments) {
+  std::vector<Run> runs;
+  for (const std::string& file : arguments.files) runs.push_back(read_run(file));
+  return runs;
+}
+
+void tip(const Arguments& arguments) {
+  const std::vector<Run> runs = read_runs(arguments);
+  std::vector<TipSeries> tips;
+  for (const Run& run : runs)
+    for (TipSeries& series : read_tips(run, arguments.fibers)) tips.push_back(std::move(series));
+  const std::string base = base_name(arguments, runs, "tip");
+  show(arguments, base, tip_table(tips));
   if (arguments.no_plot) return;
   constexpr std::size_t most = 12;
   if (tips.size() > most)
@@ -84,6 +114,199 @@ void info(const Arguments& arguments) {
   for (const std::string& file : arguments.files) print(describe_file(file));
 }
 
+/// What a difference is taken from: another run, or formulas.
+class Comparison {
+ public:
+  explicit Comparison(const Arguments& arguments) : arguments_(arguments) {
+    if (!arguments.reference.empty()) reference_ = read_run(arguments.reference);
+    if (!arguments.exact.empty()) exact_ = parse_formulas(arguments.exact, 3, "--exact");
+    if (!arguments.exact_pressure.empty())
+      exact_pressure_ = parse_formulas(arguments.exact_pressure, 1, "--exact-pressure");
+    fields_ = arguments.fields;
+    const bool formulas = !exact_.empty() || !exact_pressure_.empty();
+    if (formulas && reference_)
+      throw Error(ExitCode::usage, "a run is compared with another run or with formulas, not with both");
+    if (!formulas && !reference_)
+      throw Error(ExitCode::usage,
+                  "nothing to compare with: give another run, or formulas with --exact \"u,v,w\" or --exact-pressure "
+                  "\"p\"");
+    if (fields_.empty() && !(formulas && exact_.empty())) fields_.push_back("velocity");
+    if (fields_.empty() || (arguments.fields.empty() && !exact_pressure_.empty())) fields_.push_back("pressure");
+  }
+
+  const std::vector<std::string>& fields() const { return fields_; }
+
+  Difference of(const Run& run, const std::string& field) const {
+    DifferenceOptions options;
+    options.field = field;
+    options.at = {arguments_.step, arguments_.time};
+    options.on_coarse = arguments_.on == "coarse";
+    options.remove_mean = arguments_.remove_mean;
+    options.points = arguments_.points;
+    options.allowed_uncovered = arguments_.uncovered;
+    for (const std::string& norm : arguments_.norms) options.with_gradient = options.with_gradient || norm == "h1";
+    if (options.with_gradient && field == "centerline")
+      throw Error(ExitCode::usage, "center lines have the norms l2 and max, not h1");
+    if (reference_) return field_difference(run, *reference_, options);
+    const std::vector<fbi::input::Expression>& exact = field == "pressure" ? exact_pressure_ : exact_;
+    if (exact.empty())
+      throw Error(ExitCode::usage, "no formula for the field \"" + field + "\"; give " +
+                                       (field == "pressure" ? "--exact-pressure \"p\"" : "--exact \"u,v,w\""));
+    return field_difference(run, exact, options);
+  }
+
+ private:
+  const Arguments& arguments_;
+  std::optional<Run> reference_;
+  std::vector<fbi::input::Expression> exact_, exact_pressure_;
+  std::vector<std::string> fields_;
+};
+
+/// Value and size of the reference in one norm.
+std::pair<double, double> norm_of(const Difference& difference, const std::string& norm) {
+  if (norm == "max") return {difference.largest, difference.largest_reference};
+  if (norm == "h1") return {difference.h1, difference.h1_reference};
+  return {difference.l2, difference.l2_reference};
+}
+
+void l2(const Arguments& arguments) {
+  Arguments chosen = arguments;
+  if (chosen.files.size() > 2) throw Error(ExitCode::usage, "l2 compares two runs, or one run with formulas");
+  if (chosen.files.size() == 2) chosen.reference = chosen.files[1];
+  const Run run = read_run(chosen.files[0]);
+  const Comparison comparison(chosen);
+  Table table;
+  table.columns = {"field", "norm", "time", "difference", "relative", "of reference", "uncovered"};
+  for (const std::string& field : comparison.fields()) {
+    const Difference difference = comparison.of(run, field);
+    if (difference.uncovered > 0.0)
+      fbi::log::warning("%.2g %% of the volume lies in only one of the runs and is left out",
+                        100.0 * difference.uncovered);
+    for (const std::string& norm : chosen.norms) {
+      const auto [value, reference] = norm_of(difference, norm);
+      table.rows.push_back({field, norm, difference.time, value,
+                            reference > 0.0 ? Table::Cell(value / reference) : Table::Cell("-"), reference,
+                            difference.uncovered});
+    }
+  }
+  show(chosen, base_name(chosen, {run}, "l2"), table);
+}
+
+/// One number from a column of the history.
+double reduced(const Arguments& arguments, const Run& run, const std::string& quantity) {
+  const Series series = read_series(run, quantity, arguments.from);
+  const Statistics s = statistics(series);
+  if (arguments.reduce == "max") return s.largest;
+  if (arguments.reduce == "min") return s.smallest;
+  if (arguments.reduce == "max_abs") return std::max(std::abs(s.largest), std::abs(s.smallest));
+  if (arguments.reduce == "mean") return s.mean;
+  if (arguments.reduce == "middle") return s.middle;
+  if (arguments.reduce == "amplitude") return s.amplitude;
+  if (arguments.reduce == "frequency") return s.frequency;
+  return series.value.back();
+}
+
+void convergence(const Arguments& arguments) {
+  const std::vector<Run> runs = read_runs(arguments);
+  std::vector<ErrorPoint> points;
+  if (!arguments.quantities.empty()) {
+    if (arguments.quantities.size() > 1)
+      throw Error(ExitCode::usage, "convergence takes one --quantity, with its --reference-value");
+    std::optional<double> reference = arguments.reference_value;
+    if (!reference && !arguments.reference.empty())
+      reference = reduced(arguments, read_run(arguments.reference), arguments.quantities[0]);
+    if (!reference)
+      throw Error(ExitCode::usage, "--quantity needs --reference-value V or --reference RUN to compare with");
+    for (const Run& run : runs)
+      points.push_back({run.name, arguments.quantities[0] + " " + arguments.reduce, resolution(run),
+                        std::abs(reduced(arguments, run, arguments.quantities[0]) - *reference)});
+  } else {
+    const Comparison comparison(arguments);
+    for (const std::string& field : comparison.fields())
+      for (const Run& run : runs) {
+        const Difference difference = comparison.of(run, field);
+        for (const std::string& norm : arguments.norms)
+          points.push_back({run.name, field + " " + norm, resolution(run), norm_of(difference, norm).first});
+      }
+  }
+  const Against axis = *against(arguments.against_name);
+  const std::string base = base_name(arguments, runs, "convergence");
+  show(arguments, base, convergence_table(points, axis));
+  if (arguments.no_plot) return;
+  const std::string title = arguments.reference.empty() ? "Convergence" : "Convergence to " + arguments.reference;
+  say_written(write_plot(base, convergence_plot(points, axis, title)));
+  if (axis != Against::wall && std::all_of(points.begin(), points.end(), [](const ErrorPoint& point) {
+        return point.resolution.wall > 0.0;
+      }))
+    say_written(write_plot(base + ".wall", convergence_plot(points, Against::wall, title)));
+}
+
+void energy(const Arguments& arguments) {
+  for (const Run& run : read_runs(arguments)) {
+    const std::vector<Series> energies = read_energies(run);
+    const std::string base = base_name(arguments, {run}, "energy");
+    show(arguments, base, energy_table(energies));
+    if (!arguments.no_plot) say_written(write_plot(base, energy_plot(run.name, energies)));
+  }
+}
+
+void forces(const Arguments& arguments) {
+  if (arguments.length.has_value() != arguments.speed.has_value())
+    throw Error(ExitCode::usage, "a Strouhal number needs both --length and --speed");
+  for (const Run& run : read_runs(arguments)) {
+    const std::vector<Series> series = read_forces(run, arguments.quantities, arguments.from);
+    const std::string base = base_name(arguments, {run}, "forces");
+    show(arguments, base, forces_table(series, arguments.length, arguments.speed));
+    constexpr std::size_t most = 12;
+    if (!arguments.no_plot) say_written(write_plot(base, forces_plot(run.name, series, most)));
+  }
+}
+
+void verification(const Arguments& arguments) {
+  const std::vector<VerificationRow> rows = read_rows(arguments.files);
+  std::vector<std::string> empty;
+  const std::string page = fill_tables(fbi::io::read_text_file(arguments.page), arguments.page, rows, empty);
+  for (const std::string& section : empty) fbi::log::warning("no rows for the table \"%s\"", section.c_str());
+  fbi::io::write_text_file(arguments.page, page);
+  fbi::log::info("%zu rows", rows.size());
+  say_written({arguments.page});
+}
+
+void add_difference_options(CLI::App& command, Arguments& arguments) {
+  command
+      .add_option("--field", arguments.fields,
+                  "velocity (default), pressure, or centerline of the fibers; may be repeated")
+      ->allow_extra_args(false);
+  command.add_option("--norm", arguments.norms, "l2 (default), max (at the Gauss points), h1 (of the gradient)")
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember({"l2", "max", "h1"}));
+  CLI::Option* step = command.add_option("--step", arguments.step, "step of an output of the (first) run");
+  command.add_option("--time", arguments.time, "time of an output (default: the last one that both have)")
+      ->excludes(step);
+  command.add_option("--exact", arguments.exact,
+                     "three formulas of x, y, z, t: the velocity, or the position of the fiber point at (x, y, z)");
+  command.add_option("--exact-pressure", arguments.exact_pressure, "one formula of x, y, z, t");
+  command.add_flag("--remove-mean", arguments.remove_mean, "subtract the means, as for a pressure without level");
+  command.add_option("--on", arguments.on, "integrate over the cells of the fine (default) or the coarse mesh")
+      ->check(CLI::IsMember({"fine", "coarse"}));
+  command.add_option("--points", arguments.points, "Gauss points in each direction of a cell (3)")
+      ->check(CLI::Range(1, 10));
+  command
+      .add_option("--uncovered", arguments.uncovered, "part of the volume that may lie in one of the meshes only (0.01)")
+      ->check(CLI::Range(0.0, 1.0));
+}
+
+/// Prints what is wrong and returns the exit code.
+int run(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    std::fprintf(stderr, "fbi-post: error: %s\n", error.what());
+    return static_cast<int>(error.code());
+  }
+  return static_cast<int>(ExitCode::ok);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -91,26 +314,85 @@ int main(int argc, char** argv) {
   CLI::App app("Tables, plots and pictures from the results of fbi-run; also while a run goes on.", "fbi-post");
   app.set_version_flag("--version", fbi::version_text("fbi-post"));
   app.require_subcommand(1);
-  app.footer("Exit codes: 0 ok, 1 usage, 6 file error.");
+  app.footer("Exit codes: 0 ok, 1 usage, 2 meshes that do not cover each other, 6 file error.");
+  std::function<void()> action;
+  const auto add = [&](const char* name, const char* about, void (*call)(const Arguments&)) {
+    CLI::App* command = app.add_subcommand(name, about);
+    command->callback([&action, &arguments, call] { action = [&arguments, call] { call(arguments); }; });
+    return command;
+  };
 
-  CLI::App* tip_command = app.add_subcommand("tip", "displacement of fiber ends over time: table and plot");
+  CLI::App* tip_command = add("tip", "displacement of fiber ends over time: table and plot", tip);
   tip_command->add_option("runs", arguments.files, "results NAME.run.h5; several are compared")->required();
   tip_command
       ->add_option("--fiber", arguments.fibers, "name of a fiber, such as patch/112/7; may be repeated (default: all)")
       ->allow_extra_args(false);
-  tip_command->add_option("--format", arguments.format, "of the table: text, csv, markdown, latex")
-      ->check(CLI::IsMember({"text", "csv", "markdown", "latex"}));
-  tip_command->add_flag("--no-plot", arguments.no_plot, "table only");
 
   CLI::App* picture_command =
-      app.add_subcommand("picture", "speed in the middle plane of a box, with the fibers over it (PNG, SVG)");
+      add("picture", "speed in the middle plane of a box, with the fibers over it (PNG, SVG)", picture);
   picture_command->add_option("runs", arguments.files, "results NAME.run.h5")->required();
   picture_command->add_option("--step", arguments.step, "step of an output (default: the last one)");
 
-  CLI::App* info_command = app.add_subcommand("info", "what a case, result, step or checkpoint file holds");
+  CLI::App* info_command = add("info", "what a case, result, step or checkpoint file holds", info);
   info_command->add_option("files", arguments.files, "HDF5 files of fbi-gen or fbi-run")->required();
 
-  for (CLI::App* command : {tip_command, picture_command}) {
+  CLI::App* l2_command =
+      add("l2", "difference of two runs on meshes that need not match, or of a run and formulas: table", l2);
+  l2_command->add_option("runs", arguments.files, "results NAME.run.h5: one with formulas, or two")->required();
+  add_difference_options(*l2_command, arguments);
+  l2_command->footer(
+      "The second run (the formula) is the reference of the relative difference. Example:\n"
+      "  fbi-post l2 coarse.run.h5 fine.run.h5 --field velocity --field pressure --remove-mean --norm l2 --norm h1");
+
+  CLI::App* convergence_command =
+      add("convergence", "errors of several runs with observed orders: table and log-log plots", convergence);
+  convergence_command->add_option("runs", arguments.files, "results NAME.run.h5")->required();
+  convergence_command->add_option("--reference", arguments.reference, "the run that the others are compared with");
+  convergence_command
+      ->add_option("--against", arguments.against_name, "h (default), dt, elements, unknowns, wall (run time)")
+      ->check(CLI::IsMember({"h", "dt", "elements", "unknowns", "wall"}));
+  add_difference_options(*convergence_command, arguments);
+  convergence_command
+      ->add_option("--quantity", arguments.quantities, "column of the history instead of a field, e.g. cylinder:force_x")
+      ->allow_extra_args(false);
+  convergence_command->add_option("--reference-value", arguments.reference_value, "what the quantity should be");
+  convergence_command
+      ->add_option("--reduce", arguments.reduce,
+                   "of the quantity: last (default), max, min, max_abs, mean, middle, amplitude, frequency")
+      ->check(CLI::IsMember({"last", "max", "min", "max_abs", "mean", "middle", "amplitude", "frequency"}));
+  convergence_command->footer(
+      "order: log(e1/e2)/|log(x1/x2)| of neighbours, x being what --against says. Example:\n"
+      "  fbi-post convergence n8.run.h5 n16.run.h5 n32.run.h5 --exact \"y*(1-y),0,0\" --norm l2 --norm h1");
+
+  CLI::App* energy_command =
+      add("energy", "energies of fluid and fibers and work at the interface over time: table and plot", energy);
+  energy_command->add_option("runs", arguments.files, "results NAME.run.h5")->required();
+
+  CLI::App* forces_command =
+      add("forces", "forces over time: mean, range, frequency, Strouhal number: table and plot", forces);
+  forces_command->add_option("runs", arguments.files, "results NAME.run.h5")->required();
+  forces_command
+      ->add_option("--quantity", arguments.quantities, "columns of the history (default: all forces); may be repeated")
+      ->allow_extra_args(false);
+  forces_command->add_option("--length", arguments.length, "L of the Strouhal number f L/U")->check(CLI::PositiveNumber);
+  forces_command->add_option("--speed", arguments.speed, "U of the Strouhal number")->check(CLI::PositiveNumber);
+
+  CLI::App* verification_command =
+      add("verification", "fills the tables of a page from what tests and cases recorded", verification);
+  verification_command->add_option("folders", arguments.files, "folders with rows (*.tsv): build/release/records, cases")
+      ->required();
+  verification_command->add_option("-o,--output", arguments.page, "the page to fill (docs/verification.md)");
+  verification_command->add_flag("--quiet", arguments.quiet, "print warnings and errors only");
+
+  for (CLI::App* command : {convergence_command, forces_command})
+    command->add_option("--from", arguments.from, "leave out what is before this time");
+  for (CLI::App* command : {tip_command, l2_command, convergence_command, energy_command, forces_command})
+    command->add_option("--format", arguments.format, "of the table: text, csv, markdown, latex")
+        ->check(CLI::IsMember({"text", "csv", "markdown", "latex"}));
+  for (CLI::App* command : {tip_command, convergence_command, energy_command, forces_command})
+    command->add_flag("--no-plot", arguments.no_plot, "table only");
+  for (CLI::App* command :
+       {tip_command, picture_command, l2_command, convergence_command, energy_command, forces_command}) {
     command->add_option("-o,--output", arguments.directory, "directory for the files (default: beside the run)");
     command->add_flag("--quiet", arguments.quiet, "print the table, warnings and errors only");
   }
@@ -119,15 +401,9 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : static_cast<int>(ExitCode::usage);
   }
-  try {
+  return run([&] {
     fbi::log::configure(true, arguments.quiet);
     fbi::io::survive_file_size_limit();
-    if (*tip_command) tip(arguments);
-    if (*picture_command) picture(arguments);
-    if (*info_command) info(arguments);
-  } catch (const Error& error) {
-    std::fprintf(stderr, "fbi-post: error: %s\n", error.what());
-    return static_cast<int>(error.code());
-  }
-  return static_cast<int>(ExitCode::ok);
+    action();
+  });
 }

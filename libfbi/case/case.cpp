@@ -7,6 +7,7 @@
 #include "base/timer.hpp"
 #include "base/version.hpp"
 #include "case/checkpoints.hpp"
+#include "case/energies.hpp"
 #include "case/recorder.hpp"
 #include "case/run_files.hpp"
 #include "case/scene.hpp"
@@ -14,15 +15,22 @@
 namespace fbi::cases {
 namespace {
 
-std::vector<io::HistoryColumn> history_columns(const ProbeSet& probes) {
+std::vector<io::HistoryColumn> history_columns(const ProbeSet& probes, const fsi::System& system) {
   std::vector<io::HistoryColumn> columns = io::standard_history_columns();
   for (std::size_t k = 0; k < probes.columns().size(); ++k) columns.push_back({probes.columns()[k], probes.units()[k]});
+  for (const io::HistoryColumn& column : energy_columns(system)) columns.push_back(column);
   return columns;
 }
 
 /// Error at the end of a run: the texts joined, with the exit code.
 [[noreturn]] void fail(ExitCode code, const std::string& what, const std::string& remedy) {
   throw Error(code, remedy.empty() ? what : what + "; " + remedy);
+}
+
+/// NAME of NAME.run.h5.
+std::string case_name(const io::RunPaths& paths) {
+  const std::string folder = paths.folder_name();
+  return folder.substr(0, folder.rfind(".run"));
 }
 
 void print_columns(const Setup& setup) {
@@ -91,7 +99,7 @@ ExitCode run_case(const RunOptions& options) {
   warn_if_outdated(comm, options.case_path, header);
   ProbeSet probes(parameters.output.probes, *setup.fiber_mesh, setup.fluid_mesh.get());
   probes.add_forces(parameters.output.forces, setup.fluid.get());
-  const std::vector<io::HistoryColumn> columns = history_columns(probes);
+  const std::vector<io::HistoryColumn> columns = history_columns(probes, *setup.system);
   std::vector<std::string> names;
   for (const io::HistoryColumn& column : columns) names.push_back(column.name);
   Expectations expectations(parameters.expect, names);
@@ -111,6 +119,7 @@ ExitCode run_case(const RunOptions& options) {
     if (first >= setup.steps) log::info("the run is complete already; nothing is left to do");
   } else {
     warn_of_unfinished_run(comm, paths);
+    write_expected(comm, paths, "");
     initialize(setup);
   }
   const io::Provenance provenance{header.json, header.json_name, version_text("fbi-run"), options.command, comm.size()};
@@ -133,7 +142,10 @@ ExitCode run_case(const RunOptions& options) {
   log::info("results in %s", paths.index.c_str());
   if (!complete) log::info("go on with: fbi-run %s --restart last", options.case_path.c_str());
   if (ended == fsi::LoopEnd::stopped && !recorder.settled()) return ExitCode::stopped;
-  return complete && !expectations.report() ? ExitCode::expectation : ExitCode::ok;
+  if (!complete) return ExitCode::ok;
+  const bool met = expectations.report();
+  if (!expectations.empty()) write_expected(comm, paths, expectations.rows(case_name(paths)));
+  return met ? ExitCode::ok : ExitCode::expectation;
 }
 
 }  // namespace fbi::cases

@@ -67,4 +67,22 @@ bool Expectations::report() const {
   return met;
 }
 
+std::string Expectations::rows(const std::string& case_name) const {
+  std::string text;
+  for (const Watched& watched : watched_) {
+    const Expectation& expected = watched.expected;
+    const std::string when = expected.time                ? log::format(" at t = %g", *expected.time)
+                             : expected.reduce == "last" ? " at the end"
+                                                         : ", " + expected.reduce;
+    const double error = std::abs(watched.value - expected.value) / std::abs(expected.value);
+    text += "Cases\t" + case_name + "\t" + expected.quantity + when + "\t" + expected.source +
+            log::format("\t%.17g\t%.17g\t", expected.value, watched.value) +
+            (std::isfinite(error) ? log::format("%.17g", error) : "") + "\t\t" +
+            (expected.relative ? log::format("%g %%", 100.0 * expected.tolerance)
+                               : log::format("± %g", expected.tolerance)) +
+            "\tcases/" + case_name + "\t\n";
+  }
+  return text;
+}
+
 }  // namespace fbi::cases

@@ -18,6 +18,9 @@ class Expectations {
   void add_row(double t, const std::vector<double>& values);
   /// Prints a line for each expectation; returns true when all are met.
   bool report() const;
+  /// A line for each expectation as a row of the verification tables (docs/extending.md): section "Cases", the name of
+  /// the case, quantity, source, expected value, value, relative error, tolerance, "cases/NAME".
+  std::string rows(const std::string& case_name) const;
 
  private:
   struct Watched {

@@ -8,6 +8,7 @@
 #include "base/signals.hpp"
 #include "base/timer.hpp"
 #include "case/checkpoints.hpp"
+#include "case/energies.hpp"
 
 namespace fbi::cases {
 namespace {
@@ -72,7 +73,9 @@ bool Recorder::after_step(const fsi::StepClock& clock, const fsi::StepReport& re
   const Output& parameters = setup_.parameters.output;
   const double cfl = setup_.fluid != nullptr ? setup_.fluid->cfl() : 0.0;
   const double violation = setup_.system->constraint_violation();
-  const std::vector<double> values = probes_.values(*setup_.system);
+  std::vector<double> values = probes_.values(*setup_.system);
+  const std::vector<double> energies = energy_values(*setup_.system);
+  values.insert(values.end(), energies.begin(), energies.end());
   if (!is_finite(cfl, violation, values)) {
     sound_ = false;
     throw Error(ExitCode::diverged, "a velocity, force or probe is not finite; try a smaller time.step");

@@ -109,4 +109,18 @@ void warn_of_unfinished_run(const Comm& comm, const io::RunPaths& paths) {
       paths.index.c_str(), static_cast<long long>(checkpoints.back()));
 }
 
+void write_expected(const Comm& comm, const io::RunPaths& paths, const std::string& rows) {
+  std::string problem;
+  if (comm.rank() == 0) try {
+      std::error_code ignored;
+      if (rows.empty())
+        fs::remove(paths.expected(), ignored);
+      else
+        io::write_text_file(paths.expected(), rows);
+    } catch (const Error& error) {
+      problem = error.what();
+    }
+  agree_on_error(comm, ExitCode::file, problem);
+}
+
 }  // namespace fbi::cases

@@ -22,4 +22,8 @@ void warn_if_outdated(const Comm& comm, const std::string& case_path, const io::
 /// Warns that a run without restart replaces one that has not come to its end.
 void warn_of_unfinished_run(const Comm& comm, const io::RunPaths& paths);
 
+/// Writes what became of the expected values, or removes what an older run left when `rows` is empty. Throws
+/// Error(file). Collective.
+void write_expected(const Comm& comm, const io::RunPaths& paths, const std::string& rows);
+
 }  // namespace fbi::cases

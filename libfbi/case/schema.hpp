@@ -66,6 +66,7 @@ struct Output {
 /// A number the run must reproduce.
 struct Expectation {
   std::string quantity;  ///< a column of the history
+  std::string source;    ///< where the value is from
   double value = 0.0;
   double tolerance = 0.0;  ///< relative when `relative`, else absolute
   bool relative = true;

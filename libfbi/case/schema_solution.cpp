@@ -175,6 +175,7 @@ void describe_expectation(Visitor& v, Expectation& p) {
              .required("\"beam:displacement_x\""),
          p.quantity);
   v.number(field("value", "the expected value").required("0"), p.value);
+  v.text(field("source", "where the value is from: author and year, for the record"), p.source);
   double relative = 0.0, absolute = 0.0;
   v.number(field("tolerance", "admissible relative deviation").optional(), relative, at_least(0.0));
   v.number(field("absolute_tolerance", "admissible deviation, instead of tolerance").optional(), absolute,

@@ -16,6 +16,7 @@ struct RunPaths {
   std::string csv;        ///< NAME.run.csv
 
   std::string mesh() const { return directory + "/mesh.h5"; }
+  std::string expected() const { return directory + ".expected.tsv"; }  ///< what became of the expected values
   std::string step(GlobalIndex step) const;        ///< NAME.run/000050.h5
   std::string checkpoint(GlobalIndex step) const;  ///< NAME.run/restart-000050.h5
   std::string folder_name() const;                 ///< NAME.run without the directories above it
