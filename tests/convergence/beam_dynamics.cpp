@@ -7,8 +7,10 @@
 #include <cmath>
 #include <complex>
 
+#include "base/log.hpp"
 #include "beam/formulation.hpp"
 #include "beam/generalized_alpha.hpp"
+#include "record.hpp"
 #include "unit/beam/straight_fiber.hpp"
 
 namespace fbi::beam {
@@ -73,6 +75,14 @@ TEST(Frequencies, BendingModesOfSupportedFibers) {
                    order = std::log2(std::abs(coarse[mode] / exact - 1) / error);
       std::printf("%s, mode %d, 20 elements: omega %.8f, relative error %.1e, order %.2f\n", c.name, mode + 1,
                   fine[mode], error, order);
+      fbi::test::record({.section = "Fibers: dynamics",
+                         .id = "S-D1",
+                         .check = log::format("frequency omega of a fiber %s, mode %d, 20 elements", c.name, mode + 1),
+                         .source = "beta^2 sqrt(EI/(rho A L^4))",
+                         .reference = exact,
+                         .ours = fine[mode],
+                         .order = order,
+                         .bar = "1e-4, order 3.8"});
       EXPECT_LE(error, 1e-4);
       EXPECT_GE(order, 3.8);
     }
@@ -101,6 +111,15 @@ void expect_discrete(const Discrete& expected, const Mat3& amplification, const 
       "generalised-alpha, %s, rho_inf %.1f, omega dt %.1f: |lambda| %.10f (difference %.0e), T/T0 %.10f (%.0e)\n", what,
       expected.rho_inf, expected.omega_dt, radius, std::abs(radius - expected.radius), ratio,
       std::abs(ratio - expected.period_ratio));
+  for (int i = 0; i < 2; ++i)
+    fbi::test::record({.section = "Fibers: dynamics",
+                       .id = "S-D2",
+                       .check = log::format("generalised-alpha, %s, rho_inf = %.1f, omega dt = %.1f: %s", what,
+                                            expected.rho_inf, expected.omega_dt, i == 0 ? "spectral radius" : "T/T0"),
+                       .source = "exact discrete values",
+                       .reference = i == 0 ? expected.radius : expected.period_ratio,
+                       .ours = i == 0 ? radius : ratio,
+                       .bar = "1e-9"});
   EXPECT_NEAR(radius, expected.radius, 1e-9);
   EXPECT_NEAR(ratio, expected.period_ratio, 1e-9);
 }
@@ -273,6 +292,20 @@ TEST(Pendulum, TipsAndEnergyOfTheReference) {
         "pendulum, %d elements, dt 1e-3: largest tip difference %.1e, max |E| %.2e, its fall when dt is halved %.2f, "
         "E_int(0.2) %.6f, E_kin(0.2) %.6f, %.2f Newton steps a step\n",
         elements, worst, coarse.largest_energy, ratio, coarse.internal, coarse.kinetic, coarse.iterations / 1000.0);
+    const auto row = [&](const char* what, double reference, double ours, const char* bar) {
+      fbi::test::record({.section = "Fibers: dynamics",
+                         .id = "S-D3",
+                         .check = log::format("flexible pendulum, %d elements, dt = 1e-3, t <= 1: %s", elements, what),
+                         .source = "Legendre-Galerkin, DOP853",
+                         .reference = reference,
+                         .ours = ours,
+                         .bar = bar});
+    };
+    row("largest distance of a coordinate of the tips", 0.0, worst, "3e-4");
+    row("largest energy error", 0.0, coarse.largest_energy, "5e-5");
+    row("its fall when dt is halved", 4.0, ratio, "± 0.3");
+    row("elastic energy at t = 0.2", 0.025149, coarse.internal, "± 5e-5");
+    row("kinetic energy at t = 0.2", 0.471197, coarse.kinetic, "± 5e-5");
     EXPECT_LE(worst, 3e-4);
     EXPECT_LE(coarse.largest_energy, 5e-5);
     EXPECT_NEAR(ratio, 4.0, 0.3);
@@ -296,6 +329,13 @@ TEST(Pendulum, SecondOrderInTime) {
   const double order = 0.5 * std::log2(error[0] / error[2]);
   std::printf("pendulum, dt 4e-3, 2e-3, 1e-3: errors in time %.2e %.2e %.2e, order %.2f\n", error[0], error[1],
               error[2], order);
+  fbi::test::record({.section = "Fibers: dynamics",
+                     .id = "S-D3",
+                     .check = "flexible pendulum, dt = 4e-3 to 1e-3: error of the tips against dt = 1.25e-4, order in time",
+                     .source = "definition",
+                     .ours = error[2],
+                     .order = order,
+                     .bar = "order 2 ± 0.2"});
   EXPECT_NEAR(order, 2.0, 0.2);
 }
 
@@ -308,6 +348,15 @@ TEST(Pendulum, EnergyGrowth) {
                   1.0 / steps, p.completed ? "completed" : "stopped at", p.end_time, p.energy_in_second[0],
                   p.energy_in_second[1], p.energy_in_second[2], p.energy_in_second[3]);
       if (steps != 1000) continue;
+      fbi::test::record({.section = "Fibers: dynamics",
+                         .id = "S-D3",
+                         .check = log::format("flexible pendulum to t = 4, rho_inf = %.1f, dt = 1e-3: energy error in "
+                                              "each second", rho_inf),
+                         .source = "definition",
+                         .reference = 0.0,
+                         .ours_text = log::format("%.1e, %.1e, %.1e, %.1e", p.energy_in_second[0],
+                                                  p.energy_in_second[1], p.energy_in_second[2], p.energy_in_second[3]),
+                         .bar = "2e-3 in the last"});
       EXPECT_TRUE(p.completed);
       EXPECT_LE(p.energy_in_second[3], 2e-3);  // E_kin is about 0.5 to 1.5
     }

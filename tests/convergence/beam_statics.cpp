@@ -5,8 +5,10 @@
 #include <cmath>
 #include <vector>
 
+#include "base/log.hpp"
 #include "fem/line_shapes.hpp"
 #include "fem/quadrature.hpp"
+#include "record.hpp"
 #include "unit/beam/straight_fiber.hpp"
 
 namespace fbi::beam {
@@ -67,6 +69,15 @@ TEST(RollUp, OrderFourForEverySlendernessAndTheSameNewtonSteps) {
     std::printf("roll-up, slenderness %5g: L2 error %.3e %.3e %.3e %.3e, orders %.2f %.2f %.2f, Newton steps %d\n",
                 slenderness, error[0], error[1], error[2], error[3], order(error[0], error[1]),
                 order(error[1], error[2]), order(error[2], error[3]), iterations);
+    fbi::test::record({.section = "Fibers: statics",
+                       .id = "S-B1",
+                       .check = log::format("roll-up by an end moment, slenderness %g, 64 elements: L2 error, order",
+                                            slenderness),
+                       .source = "circle",
+                       .reference = 0.0,
+                       .ours = error[last],
+                       .order = order(error[last - 1], error[last]),
+                       .bar = slenderness >= 1e2 ? "order 3.95" : "below the slender ones"});
     if (slenderness == 1e4) {
       slender = error;
       slender_iterations = iterations;
@@ -94,6 +105,13 @@ TEST(RollUp, TipOfTheExactCircle) {
     ASSERT_TRUE(s.converged);
     const double error = std::hypot(s.tip()[0] - row[1], s.tip()[1] - row[2]);
     std::printf("roll-up, M = %.4f, 128 elements: tip error %.1e\n", row[0], error);
+    fbi::test::record({.section = "Fibers: statics",
+                       .id = "S-B1",
+                       .check = log::format("roll-up, M = %.4f, 128 elements: distance of the tip", row[0]),
+                       .source = "circle",
+                       .reference = 0.0,
+                       .ours = error,
+                       .bar = "5e-8"});
     EXPECT_LE(error, 5e-8);
   }
 }
@@ -139,6 +157,15 @@ TEST(Elastica, TableOfTransverseTipForces) {
     std::printf(
         "elastica, alpha %5.2f: tip error %.1e, angle error %.1e, order 8 -> 16 elements %.2f, Newton steps %d\n",
         row[0], error, std::abs(angles[4] - row[1]), order(coarse, fine), iterations);
+    fbi::test::record({.section = "Fibers: statics",
+                       .id = "S-B2",
+                       .check = log::format("elastica, tip force alpha = %g, 128 elements: distance of the tip; order "
+                                            "8 to 16 elements", row[0]),
+                       .source = "elliptic integrals (Bisshopp, Drucker 1945; Mattiasson 1981)",
+                       .reference = 0.0,
+                       .ours = error,
+                       .order = order(coarse, fine),
+                       .bar = log::format("%.1e, order 3.8", 2e-8 + row[0] / axial)});
     EXPECT_LE(error, 2e-8 + row[0] / axial);  // the last part: extension, the table is inextensible
     EXPECT_LE(std::abs(angles[4] - row[1]), 1e-7 + row[0] / axial);
     EXPECT_GE(order(coarse, fine), 3.8);
@@ -165,6 +192,15 @@ TEST(Locking, TableAndCurvesThatCoincide) {
     std::printf("locking, slenderness %5g: tip error %.3e %.3e %.3e %.3e %.3e, orders %.2f %.2f %.2f %.2f\n", row[0],
                 error[0], error[1], error[2], error[3], error[4], order(error[0], error[1]), order(error[1], error[2]),
                 order(error[2], error[3]), order(error[3], error[4]));
+    fbi::test::record({.section = "Fibers: statics",
+                       .id = "S-B3",
+                       .check = log::format("locking: extensible elastica, slenderness %g, 4 to 64 elements: distance "
+                                            "of the tip", row[0]),
+                       .source = "shooting, 12 digits",
+                       .reference = 0.0,
+                       .ours_text = log::format("%.2e to %.2e", error[0], error[4]),
+                       .order = order(error[2], error[3]),
+                       .bar = "curves of 1e2, 1e3, 1e4 coincide"});
     EXPECT_LE(error[4], 5e-9);
     EXPECT_GE(order(error[2], error[3]), 3.8);
     if (row[0] == 1e4) slender = error;
@@ -187,6 +223,13 @@ TEST(DeadLineLoad, Table) {
     ASSERT_TRUE(s.converged);
     const double error = std::hypot(s.tip()[0] - row[1], s.tip()[1] - row[2]);
     std::printf("line load, k %4.1f: tip error %.1e\n", row[0], error);
+    fbi::test::record({.section = "Fibers: statics",
+                       .id = "S-B4",
+                       .check = log::format("dead line load k = %g, 64 elements: distance of the tip", row[0]),
+                       .source = "shooting",
+                       .reference = 0.0,
+                       .ours = error,
+                       .bar = log::format("%.1e", 5e-8 + row[0] / axial)});
     EXPECT_LE(error, 5e-8 + row[0] / axial);
   }
   // root moment at k = 10, from the curvature of the first element
@@ -213,6 +256,14 @@ TEST(Gravity, TurekHronFlapAsABeam) {
     ASSERT_TRUE(s.converged);
     const double x = s.tip()[0] - 0.35, y = s.tip()[1];
     std::printf("flap under gravity, E %.1e: %.4e %.4e, expected %.4e %.4e\n", row[0], x, y, row[1], row[2]);
+    for (int i = 0; i < 2; ++i)
+      fbi::test::record({.section = "Fibers: statics",
+                         .id = i == 0 ? "S-B4 flap x" : "S-B4 flap y",
+                         .check = log::format("flap under gravity as a beam, E = %.1e: displacement of the tip", row[0]),
+                         .source = "beam theory; Turek, Hron 2006",
+                         .reference = row[i + 1],
+                         .ours = i == 0 ? x : y,
+                         .bar = i == 0 ? "2e-4" : "1e-4"});
     EXPECT_NEAR(x / row[1], 1.0, 2e-4);  // the table has four digits
     EXPECT_NEAR(y / row[2], 1.0, 1e-4);
   }
@@ -234,6 +285,14 @@ TEST(Buckling, PostBucklingOfAColumn) {
     ASSERT_TRUE(s.converged);
     const double error = std::hypot(s.tip()[0] - row[2], s.tip()[1] - row[3]);
     std::printf("post-buckling, %3g degrees: tip error %.1e\n", row[0], error);
+    fbi::test::record({.section = "Fibers: statics",
+                       .id = "S-B6",
+                       .check = log::format("post-buckling of a column, %g degrees, 64 elements: distance of the tip",
+                                            row[0]),
+                       .source = "elliptic integrals (Timoshenko, Gere)",
+                       .reference = 0.0,
+                       .ours = error,
+                       .bar = "2e-6"});
     EXPECT_LE(error, 2e-6);
   }
 }
@@ -255,6 +314,15 @@ TEST(ThreeDimensions, TipForceAndLineLoadInDifferentPlanes) {
     }
     std::printf("3D statics, EA %g: tip error %.2e %.2e %.2e %.2e %.2e, orders %.2f %.2f\n", row[0], error[0], error[1],
                 error[2], error[3], error[4], order(error[0], error[1]), order(error[1], error[2]));
+    fbi::test::record({.section = "Fibers: statics",
+                       .id = "S-B9",
+                       .check = log::format("tip force and line load in different planes, EA = %g, 64 elements: distance "
+                                            "of the tip; order 4 to 8 elements", row[0]),
+                       .source = "shooting",
+                       .reference = 0.0,
+                       .ours = error[4],
+                       .order = order(error[0], error[1]),
+                       .bar = row[0] == 4e4 ? "2e-9, order 3.8" : "3e-8, order 3.8"});
     EXPECT_LE(error[4], row[0] == 4e4 ? 2e-9 : 3e-8);
     EXPECT_GE(order(error[0], error[1]), 3.8);
   }

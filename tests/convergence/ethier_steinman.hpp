@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include "base/log.hpp"
 #include "convergence/fluid_solver.hpp"
+#include "record.hpp"
 
 namespace fbi::fluid::test {
 
@@ -82,6 +84,21 @@ inline Errors orders(const Errors& coarse, const Errors& fine, double ratio) {
                         std::log(coarse.pressure / fine.pressure) / std::log(ratio)};
   std::printf("order: velocity %.3f pressure %.3f\n", order.velocity, order.pressure);
   return order;
+}
+
+/// Rows of the tables: orders and the errors on the finer mesh.
+inline void record_orders(const char* what, const Errors& fine, const Errors& order, const char* bar_velocity,
+                          const char* bar_pressure) {
+  for (int i = 0; i < 2; ++i)
+    fbi::test::record({.section = "Fluid",
+                       .id = "S-F1",
+                       .check = log::format("Ethier-Steinman flow, nu = 1, t = 0.1, %s: L2 error of the %s", what,
+                                            i == 0 ? "velocity" : "pressure, mean removed"),
+                       .source = "exact solution (Ethier, Steinman 1994)",
+                       .reference = 0.0,
+                       .ours = i == 0 ? fine.velocity : fine.pressure,
+                       .order = i == 0 ? order.velocity : order.pressure,
+                       .bar = i == 0 ? bar_velocity : bar_pressure});
 }
 
 }  // namespace fbi::fluid::test

@@ -2,7 +2,9 @@
 // along the axis): exact series. Steady: center velocity and flow rate.
 #include <gtest/gtest.h>
 
+#include "base/log.hpp"
 #include "convergence/fluid_solver.hpp"
+#include "record.hpp"
 
 namespace fbi::fluid::test {
 namespace {
@@ -86,6 +88,23 @@ void check(const char* name, const std::vector<double>& coarse, const std::vecto
   const double center = two.center() / exact_center - 1;
   std::printf("%s, %zu cells: velocity error %.3e, order %.3f, center velocity %+.3e relative\n", name, fine.size() - 1,
               e2, order, center);
+  fbi::test::record({.section = "Fluid",
+                     .id = "S-F2",
+                     .check = log::format("square duct, %s, %zu cells a side: L2 error of the velocity", name,
+                                          fine.size() - 1),
+                     .source = "series solution",
+                     .reference = 0.0,
+                     .ours = e2,
+                     .order = order,
+                     .bar = "order 1.9"});
+  fbi::test::record({.section = "Fluid",
+                     .id = "S-F2",
+                     .check = log::format("square duct, %s, %zu cells a side: velocity at the center", name,
+                                          fine.size() - 1),
+                     .source = "series solution",
+                     .reference = exact_center,
+                     .ours = exact_center * (1 + center),
+                     .bar = "0.5 %"});
   EXPECT_GE(order,
             1.9);  // above 2: the part of the ends (pressure layers of PSPG) falls faster
   EXPECT_LT(std::abs(center), 0.005);

@@ -1,4 +1,5 @@
 /// Identities of the coupling that hold in every step to round-off (SPEC section 6).
+#include "record.hpp"
 #include "regression/case_fixture.hpp"
 
 namespace fbi::test {
@@ -100,6 +101,18 @@ void check_run(const std::string& name, Json json, int steps) {
   report(name + " work balance", worst.work);
   report(name + " smallest dissipation", worst.dissipation);
   report(name + " tip", run.tip().norm());
+  record({.section = "Coupling",
+          .check = "M 1 = kappa, D 1 = kappa, covered length, sum of forces along a run, " + name,
+          .source = "identities",
+          .reference = 0.0,
+          .ours = std::max({worst.m_one, worst.d_one, worst.length, worst.force}),
+          .bar = "1e-12"});
+  record({.section = "Coupling",
+          .check = "power: what the fluid loses is what the fibers gain and the penalty dissipates, " + name,
+          .source = "balance",
+          .reference = 0.0,
+          .ours = worst.work,
+          .bar = "1e-10"});
   EXPECT_LE(worst.m_one, 1e-12);
   EXPECT_LE(worst.d_one, 1e-12);
   EXPECT_LE(worst.monitor, 1e-12);

@@ -1,13 +1,14 @@
 /// Fibers lighter than the fluid around them, and how much their force alternates from step to step.
 #pragma once
 
+#include "record.hpp"
 #include "regression/case_fixture.hpp"
 
 namespace fbi::test {
 
 inline constexpr int settled = 20, short_run = 40;
 
-struct Record {
+struct FiberRun {
   int newton = 0, coupling = 0;             ///< the most of a step
   int failed_step = 0;                      ///< 0: all converged
   double residual = 0.0, relaxation = 0.0;  ///< of the last step
@@ -15,9 +16,9 @@ struct Record {
   double lambda = 0.0, drag = 0.0;
 };
 
-inline Record run_fiber(const Json& json, int last = short_run) {
+inline FiberRun run_fiber(const Json& json, int last = short_run) {
   CoupledCase run(json);
-  Record result;
+  FiberRun result;
   double second[2] = {0.0, 0.0}, largest[2] = {0.0, 0.0};
   Vec3 drag[3] = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
   for (int step = 1; step <= last; ++step) {
@@ -55,8 +56,8 @@ inline Json light(double density, const char* weight, double rho_inf = 1.0) {
   return json;
 }
 
-inline Record measure(const std::string& name, const Json& json, int last = short_run) {
-  const Record result = run_fiber(json, last);
+inline FiberRun measure(const std::string& name, const Json& json, int last = short_run) {
+  const FiberRun result = run_fiber(json, last);
   report(name + ", failed step", result.failed_step);
   report(name + ", most Newton iterations", result.newton);
   report(name + ", alternation of lambda", result.lambda);

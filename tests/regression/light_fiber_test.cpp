@@ -11,11 +11,11 @@ namespace {
 // light_fiber_whole) it is small against the largest lambda.
 void check_fiber(double density) {
   const std::string name = "rho_b " + log::format("%g", density);
-  const Record theta = measure(name + ", weight theta", light(density, "theta"));
+  const FiberRun theta = measure(name + ", weight theta", light(density, "theta"));
   EXPECT_EQ(theta.failed_step, 0);
   EXPECT_LE(theta.newton, 4);
   EXPECT_LT(theta.drag, 0.05);
-  const Record damped = measure(name + ", weight theta, rho_inf 0.8", light(density, "theta", 0.8));
+  const FiberRun damped = measure(name + ", weight theta, rho_inf 0.8", light(density, "theta", 0.8));
   EXPECT_EQ(damped.failed_step, 0);
   EXPECT_LT(damped.lambda, 0.05);
   measure(name + ", weight 1-alpha_f", light(density, "1-alpha_f"));
@@ -24,7 +24,7 @@ void check_fiber(double density) {
   Json json = light(density, "theta");
   json["coupling"]["scheme"] = "aitken";
   json["coupling"]["max_iterations"] = 200;
-  const Record aitken = run_fiber(json, 2);
+  const FiberRun aitken = run_fiber(json, 2);
   report(name + ", aitken, most iterations", aitken.coupling);
   report(name + ", aitken, failed step", aitken.failed_step);
   report(name + ", aitken, residual", aitken.residual);
@@ -45,8 +45,8 @@ TEST(LightFiber, free_fiber_in_a_sudden_flow) {
         parse_json(R"({ "type": "line", "from": [1.51, 0.25, 0.03], "to": [1.51, 0.75, 0.03] })");
     (*json)["fibers"][0].erase("clamped");
   }
-  const Record equal = measure("free fiber, weight theta", theta);
-  const Record unequal = measure("free fiber, weight 1-alpha_f", paper);
+  const FiberRun equal = measure("free fiber, weight theta", theta);
+  const FiberRun unequal = measure("free fiber, weight 1-alpha_f", paper);
   EXPECT_LT(equal.drag, 0.05);
   EXPECT_GT(unequal.drag, 1.0);
 }

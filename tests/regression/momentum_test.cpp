@@ -157,6 +157,13 @@ Budget run_budget(const Json& json, int steps) {
 }
 
 void report_budget(const std::string& name, const Budget& budget) {
+  const std::string total = budget.total > 0.0 ? log::format(", %.0e (both)", budget.total) : "";
+  record({.section = "Coupling",
+          .check = "momentum budget, " + name + ", 20 steps, of the largest reaction",
+          .source = "balance of reactions",
+          .reference = 0.0,
+          .ours_text = log::format("%.0e (fluid), %.0e (fibers)", budget.fluid, budget.fibers) + total,
+          .bar = "1e-8"});
   report(name + " budget error, fluid", budget.fluid);
   report(name + " budget error, fibers", budget.fibers);
   report(name + " budget error, total", budget.total);

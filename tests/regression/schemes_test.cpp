@@ -1,4 +1,5 @@
 /// Monolithic and partitioned solution reach the same step.
+#include "record.hpp"
 #include "regression/case_fixture.hpp"
 
 namespace fbi::test {
@@ -32,6 +33,13 @@ void compare(const std::string& name, Json json, int before, int steps) {
   report(name + " lambda", worst[2]);
   report(name + " most aitken iterations", iterations);
   report(name + " tip", monolithic.tip().norm());
+  record({.section = "Coupling",
+          .check = "monolithic and aitken reach the same step, " + name +
+                   ": difference of displacement, fluid velocity, lambda",
+          .source = "each other",
+          .reference = 0.0,
+          .ours_text = log::format("%.0e, %.0e, %.0e", worst[0], worst[1], worst[2]),
+          .bar = "1e-8"});
   EXPECT_LE(worst[0], 1e-8);
   EXPECT_LE(worst[1], 1e-8);
   EXPECT_LE(worst[2], 1e-8);

@@ -9,6 +9,7 @@
 #include "beam/loads.hpp"
 #include "fem/line_shapes.hpp"
 #include "fem/quadrature.hpp"
+#include "record.hpp"
 
 namespace fbi::beam {
 namespace {
@@ -63,6 +64,12 @@ TEST(TorsionFreeElement, ResidualIsTheFirstVariationOfTheEnergy) {
     worst = std::max(worst, (residual - expected).norm() / residual.norm());
   }
   std::printf("residual against differences of the energy: %.1e\n", worst);
+  fbi::test::record({.section = "Fibers: statics",
+                     .check = "residual against differences of the energy",
+                     .source = "definition",
+                     .reference = 0.0,
+                     .ours = worst,
+                     .bar = "1e-7"});
   EXPECT_LE(worst, 1e-7);
 }
 
@@ -84,6 +91,12 @@ TEST(TorsionFreeElement, TangentIsTheDerivativeOfTheResidual) {
     EXPECT_LE((tangent - tangent.transpose()).norm(), 1e-13 * tangent.norm());
   }
   std::printf("tangent against differences of the residual: %.1e\n", worst);
+  fbi::test::record({.section = "Fibers: statics",
+                     .check = "tangent against differences of the residual",
+                     .source = "definition",
+                     .reference = 0.0,
+                     .ours = worst,
+                     .bar = "1e-6"});
   EXPECT_LE(worst, 1e-6);
 }
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "fluid_scene.hpp"
+#include "record.hpp"
 
 namespace fbi::fluid::test {
 namespace {
@@ -34,6 +35,12 @@ TEST(FluidEquations, TangentMatchesCentralDifferences) {
     Scene scene(Comm(MPI_COMM_WORLD), option);
     const double error = tangent_error(scene, 3);
     std::printf("tangent against differences, %s: %.1e\n", option.name, error);
+    fbi::test::record({.section = "Fluid",
+                       .check = std::string("tangent against differences of the residual: ") + option.name,
+                       .source = "definition",
+                       .reference = 0.0,
+                       .ours = error,
+                       .bar = "1e-6"});
     EXPECT_LT(error, 1e-6) << option.name;
   }
 }
