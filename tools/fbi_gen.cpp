@@ -16,6 +16,11 @@
 #include "io/pending_file.hpp"
 #include "meshgen/scene.hpp"
 
+namespace fbi {
+/// Name and text of the shipped cases; generated from cases/ when the program is built.
+extern const std::vector<std::pair<const char*, const char*>> case_templates;
+}  // namespace fbi
+
 namespace {
 
 using fbi::Error;
@@ -27,6 +32,7 @@ struct Arguments {
   bool check = false;
   bool schema = false;
   bool reference = false;
+  std::string template_name;
   bool quiet = false;
 };
 
@@ -76,6 +82,16 @@ void generate(const Arguments& arguments) {
   fbi::log::info("wrote %s", output.c_str());
 }
 
+/// The text of a shipped case.
+std::string template_text(const std::string& name) {
+  std::string known;
+  for (const auto& [other, text] : fbi::case_templates) {
+    if (other == name) return text;
+    known += std::string(known.empty() ? "" : ", ") + other;
+  }
+  throw Error(ExitCode::usage, "there is no template \"" + name + "\"; there are: " + known);
+}
+
 void say_errors(const std::string& text) {
   std::size_t begin = 0;
   while (begin <= text.size()) {
@@ -93,6 +109,9 @@ int main(int argc, char** argv) {
   app.add_option("case", arguments.input, "case file (JSON; // comments allowed)");
   app.add_option("-o,--output", arguments.output, "file to write (default: the case file's name with .h5)");
   app.add_flag("--check", arguments.check, "check the case, write nothing");
+  std::string names;
+  for (const auto& [name, text] : fbi::case_templates) names += std::string(names.empty() ? "" : ", ") + name;
+  app.add_option("--template", arguments.template_name, "print a shipped case to start from: " + names);
   app.add_flag("--schema", arguments.schema, "print the JSON Schema of case files, for editors");
   app.add_flag("--reference", arguments.reference, "print the reference of all keys as Markdown");
   app.add_flag("--quiet", arguments.quiet, "print warnings and errors only");
@@ -106,8 +125,9 @@ int main(int argc, char** argv) {
   try {
     fbi::log::configure(true, arguments.quiet);
     fbi::io::survive_file_size_limit();
-    if (arguments.schema || arguments.reference) {
-      const std::string text = arguments.schema ? fbi::cases::case_json_schema() : fbi::cases::case_reference();
+    if (arguments.schema || arguments.reference || !arguments.template_name.empty()) {
+      const std::string text = !arguments.template_name.empty() ? template_text(arguments.template_name)
+                               : arguments.schema ? fbi::cases::case_json_schema() : fbi::cases::case_reference();
       if (std::fputs(text.c_str(), stdout) == EOF || std::fflush(stdout) != 0) {
         throw Error(ExitCode::file, "standard output cannot be written");
       }

@@ -56,12 +56,20 @@ inline Json light(double density, const char* weight, double rho_inf = 1.0) {
   return json;
 }
 
-inline FiberRun measure(const std::string& name, const Json& json, int last = short_run) {
+inline FiberRun measure(const std::string& name, const Json& json, int last = short_run,
+                        const char* bar = "reported") {
   const FiberRun result = run_fiber(json, last);
   report(name + ", failed step", result.failed_step);
   report(name + ", most Newton iterations", result.newton);
   report(name + ", alternation of lambda", result.lambda);
   report(name + ", alternation of the drag", result.drag);
+  record({.section = "Coupling",
+          .check = "light fibers, " + name + log::format(", steps %d to %d: ", settled + 1, last) +
+                   "second difference of lambda, of the drag, over the largest; Newton iterations",
+          .source = "smooth force",
+          .reference = 0.0,
+          .ours_text = log::format("%.3f, %.2g; at most %d", result.lambda, result.drag, result.newton),
+          .bar = bar});
   return result;
 }
 

@@ -11,11 +11,12 @@ namespace {
 // light_fiber_whole) it is small against the largest lambda.
 void check_fiber(double density) {
   const std::string name = "rho_b " + log::format("%g", density);
-  const FiberRun theta = measure(name + ", weight theta", light(density, "theta"));
+  const FiberRun theta = measure(name + ", weight theta", light(density, "theta"), short_run, "drag below 0.05");
   EXPECT_EQ(theta.failed_step, 0);
   EXPECT_LE(theta.newton, 4);
   EXPECT_LT(theta.drag, 0.05);
-  const FiberRun damped = measure(name + ", weight theta, rho_inf 0.8", light(density, "theta", 0.8));
+  const FiberRun damped = measure(name + ", weight theta, rho_inf 0.8", light(density, "theta", 0.8), short_run,
+                                  "lambda below 0.05");
   EXPECT_EQ(damped.failed_step, 0);
   EXPECT_LT(damped.lambda, 0.05);
   measure(name + ", weight 1-alpha_f", light(density, "1-alpha_f"));
@@ -29,6 +30,13 @@ void check_fiber(double density) {
   report(name + ", aitken, failed step", aitken.failed_step);
   report(name + ", aitken, residual", aitken.residual);
   report(name + ", aitken, relaxation factor", aitken.relaxation);
+  record({.section = "Coupling",
+          .check = "light fibers, " + name + ", the same with aitken",
+          .source = "definition",
+          .ours_text = aitken.failed_step > 0 ? log::format("does not converge in %d iterations of step %d",
+                                                            aitken.coupling, aitken.failed_step)
+                                              : log::format("at most %d iterations", aitken.coupling),
+          .bar = "reported"});
 }
 
 TEST(LightFiber, hundred_times_lighter) { check_fiber(0.1); }
@@ -45,8 +53,8 @@ TEST(LightFiber, free_fiber_in_a_sudden_flow) {
         parse_json(R"({ "type": "line", "from": [1.51, 0.25, 0.03], "to": [1.51, 0.75, 0.03] })");
     (*json)["fibers"][0].erase("clamped");
   }
-  const FiberRun equal = measure("free fiber, weight theta", theta);
-  const FiberRun unequal = measure("free fiber, weight 1-alpha_f", paper);
+  const FiberRun equal = measure("free fiber, weight theta", theta, short_run, "drag below 0.05");
+  const FiberRun unequal = measure("free fiber, weight 1-alpha_f", paper, short_run, "drag above 1");
   EXPECT_LT(equal.drag, 0.05);
   EXPECT_GT(unequal.drag, 1.0);
 }

@@ -7,7 +7,7 @@ namespace {
 void check_run(double density) {
   const std::string name = "whole run, rho_b " + log::format("%g", density);
   constexpr int all = 1000;
-  const FiberRun theta = measure(name + ", weight theta", light(density, "theta"), all);
+  const FiberRun theta = measure(name + ", weight theta", light(density, "theta"), all, "lambda below 0.05");
   EXPECT_EQ(theta.failed_step, 0);
   EXPECT_LT(theta.lambda, 0.05);
   measure(name + ", weight 1-alpha_f", light(density, "1-alpha_f"), all);

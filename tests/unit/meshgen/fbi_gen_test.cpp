@@ -131,6 +131,24 @@ TEST_F(FbiGen, ExplainsItsUse) {
   EXPECT_EQ(run(scratch, "--schema").out.substr(0, 1), "{");
 }
 
+TEST_F(FbiGen, PrintsTheShippedCases) {
+  std::size_t count = 0;
+  for (const fs::directory_entry& folder : fs::directory_iterator(source / "cases")) {
+    const std::string name = folder.path().filename();
+    const fs::path text = folder.path() / (name + ".json");
+    if (!fs::exists(text)) continue;
+    ++count;
+    const Outcome printed = run(scratch, "--template " + name);
+    EXPECT_EQ(printed.code, 0) << name;
+    EXPECT_EQ(printed.out, file_text(text)) << name;
+  }
+  EXPECT_GE(count, 3u);
+  const Outcome wrong = run(scratch, "--template canopi");
+  EXPECT_EQ(wrong.code, 1);
+  EXPECT_NE(wrong.err.find("there is no template \"canopi\"; there are:"), std::string::npos) << wrong.err;
+  EXPECT_NE(wrong.err.find("single-beam"), std::string::npos) << wrong.err;
+}
+
 TEST_F(FbiGen, ChecksWithoutWriting) {
   fs::copy_file(source / "tests/input/valid/reed.json", scratch / "reed.json");
   const Outcome checked = run(scratch, "reed.json --check");
