@@ -72,8 +72,7 @@ std::map<std::string, CenterLine> read_lines(const Run& run, io::StepTime output
   const std::vector<double> reference = mesh.read<double>("/fibers/reference_dofs"),
                             current = fields.read<double>("/fibers/dofs");
   std::vector<GlobalIndex> first = mesh.read<GlobalIndex>("/fibers/first_node");
-  const std::vector<std::string> names =
-      mesh.read_strings("/fibers/names", 0, static_cast<GlobalIndex>(first.size()));
+  const std::vector<std::string> names = mesh.read_strings("/fibers/names", 0, static_cast<GlobalIndex>(first.size()));
   first.push_back(static_cast<GlobalIndex>(reference.size() / 6));
   std::map<std::string, CenterLine> lines;
   for (std::size_t f = 0; f < names.size(); ++f) {

@@ -36,8 +36,8 @@ Curves sorted(const std::vector<ErrorPoint>& points, Against against) {
   Curves curves;
   for (const ErrorPoint& point : points) {
     if (!(point.resolution.of(against) > 0.0))
-      throw Error(ExitCode::usage, "run \"" + point.run + "\" has no " + label(against) +
-                                       "; choose another axis with --against");
+      throw Error(ExitCode::usage,
+                  "run \"" + point.run + "\" has no " + label(against) + "; choose another axis with --against");
     auto curve = std::find_if(curves.begin(), curves.end(),
                               [&](const std::vector<ErrorPoint>& other) { return other[0].what == point.what; });
     if (curve == curves.end()) curve = curves.insert(curves.end(), std::vector<ErrorPoint>{});
@@ -50,10 +50,11 @@ Curves sorted(const std::vector<ErrorPoint>& points, Against against) {
     });
     for (std::size_t i = 1; i < curve.size(); ++i)
       if (std::abs(curve[i].resolution.of(against) / curve[i - 1].resolution.of(against) - 1.0) < 1e-9)
-        throw Error(ExitCode::usage, log::format("runs \"%s\" and \"%s\" have the same %s, %g; choose another axis with "
-                                                 "--against (h, dt, elements, unknowns, wall)",
-                                                 curve[i - 1].run.c_str(), curve[i].run.c_str(), label(against),
-                                                 curve[i].resolution.of(against)));
+        throw Error(ExitCode::usage,
+                    log::format("runs \"%s\" and \"%s\" have the same %s, %g; choose another axis with "
+                                "--against (h, dt, elements, unknowns, wall)",
+                                curve[i - 1].run.c_str(), curve[i].run.c_str(), label(against),
+                                curve[i].resolution.of(against)));
   }
   return curves;
 }

@@ -38,8 +38,8 @@ struct ErrorPoint {
 };
 
 /// Points sorted from coarse to fine for each `what`, in the order of first appearance; the slope of the error in
-/// log-log between neighbours, positive when the error falls: log(e1/e2)/|log(x1/x2)|. Throws Error(usage) when two runs
-/// have the same resolution or a resolution that is not positive.
+/// log-log between neighbours, positive when the error falls: log(e1/e2)/|log(x1/x2)|. Throws Error(usage) when two
+/// runs have the same resolution or a resolution that is not positive.
 Table convergence_table(const std::vector<ErrorPoint>& points, Against against);
 
 /// Log-log plot with a triangle of the slope between the last two points of the first curve, rounded to a half.

@@ -29,8 +29,7 @@ class Sampler {
 
 class MeshField : public Sampler {
  public:
-  MeshField(const Run& run, io::StepTime output, const std::string& name)
-      : grid(Grid::read(run)), locator_(grid) {
+  MeshField(const Run& run, io::StepTime output, const std::string& name) : grid(Grid::read(run)), locator_(grid) {
     const io::File file = io::open_kind(run.paths.step(output.step), io::FileKind::step);
     if (!file.has("/fluid/" + name)) {
       std::string known;
@@ -282,8 +281,9 @@ std::vector<input::Expression> parse_formulas(const std::string& text, std::size
       parts.back() += c;
   }
   if (parts.size() != components)
-    throw Error(ExitCode::usage, log::format("%s needs %zu formula%s of x, y, z and t, separated by commas, and has %zu",
-                                             option.c_str(), components, components > 1 ? "s" : "", parts.size()));
+    throw Error(ExitCode::usage,
+                log::format("%s needs %zu formula%s of x, y, z and t, separated by commas, and has %zu", option.c_str(),
+                            components, components > 1 ? "s" : "", parts.size()));
   std::vector<input::Expression> formulas;
   for (const std::string& part : parts) try {
       formulas.emplace_back(part);

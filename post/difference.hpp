@@ -12,12 +12,12 @@ namespace fbi::post {
 
 /// What is compared, and how.
 struct DifferenceOptions {
-  std::string field = "velocity";  ///< dataset of the outputs, or "centerline" of the fibers
-  OutputChoice at;                 ///< of the first run; missing = the last time that both have
-  bool on_coarse = false;          ///< integrate over the cells of the coarser mesh instead of the finer one
-  bool remove_mean = false;        ///< of both fields, over the volume that both cover
-  bool with_gradient = false;      ///< the H1 seminorm as well
-  int points = 3;                  ///< Gauss points in each direction of a cell
+  std::string field = "velocity";   ///< dataset of the outputs, or "centerline" of the fibers
+  OutputChoice at;                  ///< of the first run; missing = the last time that both have
+  bool on_coarse = false;           ///< integrate over the cells of the coarser mesh instead of the finer one
+  bool remove_mean = false;         ///< of both fields, over the volume that both cover
+  bool with_gradient = false;       ///< the H1 seminorm as well
+  int points = 3;                   ///< Gauss points in each direction of a cell
   double allowed_uncovered = 0.01;  ///< part of the volume that only one of the meshes may cover
 };
 
@@ -34,10 +34,10 @@ struct Difference {
   GlobalIndex cells = 0;   ///< cells (elements) of the first run
 };
 
-/// The field of `run` against that of `reference`, on meshes that need not match: Gauss points in the cells of the finer
-/// mesh (more cells; with `on_coarse` of the coarser one), the other field at the same points in space. Equal fields on
-/// equal meshes give exactly 0. Throws Error(usage) for a field or time that is not there (naming those that are) and
-/// Error(geometry) when more volume is uncovered than allowed.
+/// The field of `run` against that of `reference`, on meshes that need not match: Gauss points in the cells of the
+/// finer mesh (more cells; with `on_coarse` of the coarser one), the other field at the same points in space. Equal
+/// fields on equal meshes give exactly 0. Throws Error(usage) for a field or time that is not there (naming those that
+/// are) and Error(geometry) when more volume is uncovered than allowed.
 Difference field_difference(const Run& run, const Run& reference, const DifferenceOptions& options);
 
 /// The field of `run` against formulas, one for each component: values at (x, y, z) and the time of the output. The

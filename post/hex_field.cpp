@@ -40,8 +40,7 @@ Grid Grid::read(const Run& run) {
     const Corners x = grid.corners(c);
     for (const double a : rule.points)
       for (const double b : rule.points)
-        for (const double d : rule.points)
-          grid.volume_ += Mat3(x * fem::hex8_gradient(Vec3(a, b, d))).determinant();
+        for (const double d : rule.points) grid.volume_ += Mat3(x * fem::hex8_gradient(Vec3(a, b, d))).determinant();
   }
   return grid;
 }
@@ -55,8 +54,7 @@ std::array<Index, 8> Grid::cell_nodes(Index cell) const {
   const Index nx = static_cast<Index>((*box_)[0].size()), ny = static_cast<Index>((*box_)[1].size());
   const Index i = cell % (nx - 1), j = cell / (nx - 1) % (ny - 1), k = cell / (nx - 1) / (ny - 1);
   const Index first = i + nx * (j + ny * k);
-  for (int a = 0; a < 8; ++a)
-    nodes[a] = first + box_corner[a][0] + nx * (box_corner[a][1] + ny * box_corner[a][2]);
+  for (int a = 0; a < 8; ++a) nodes[a] = first + box_corner[a][0] + nx * (box_corner[a][1] + ny * box_corner[a][2]);
   return nodes;
 }
 

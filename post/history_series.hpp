@@ -29,10 +29,10 @@ struct Statistics {
   double mean = 0.0;  ///< over time, by the trapezoidal rule; over whole periods where there are some
   double smallest = 0.0, largest = 0.0;
   double middle = 0.0, amplitude = 0.0;  ///< (max + min)/2 and (max - min)/2 of the last whole period, or of everything
-  double frequency = 0.0;   ///< whole periods over their duration, from upward crossings of the middle
-  double spectral = 0.0;    ///< largest peak of the spectrum (Hann window, parabola through its logarithm)
-  double scatter = 0.0;     ///< largest deviation of a period from their mean, relative
-  GlobalIndex periods = 0;  ///< whole ones between crossings
+  double frequency = 0.0;                ///< whole periods over their duration, from upward crossings of the middle
+  double spectral = 0.0;                 ///< largest peak of the spectrum (Hann window, parabola through its logarithm)
+  double scatter = 0.0;                  ///< largest deviation of a period from their mean, relative
+  GlobalIndex periods = 0;               ///< whole ones between crossings
 };
 
 /// Crossings count when the series has been below (middle - range/4) since the last one, so that noise makes none. The

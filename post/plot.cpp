@@ -70,7 +70,8 @@ std::vector<std::string> write_plot(const std::string& base, const Plot& plot) {
   }
   const std::string script =
       "# Run it with: gnuplot " + name + ".gp\nset encoding utf8\nset title " + gnuplot_quoted(plot.title) +
-      " noenhanced\nset xlabel " + gnuplot_quoted(plot.x_label) + "\nset ylabel " + gnuplot_quoted(plot.y_label) + "\n" + settings +
+      " noenhanced\nset xlabel " + gnuplot_quoted(plot.x_label) + "\nset ylabel " + gnuplot_quoted(plot.y_label) +
+      "\n" + settings +
       "set grid\nset key outside below\nset terminal svg size 900,560 font 'sans,16' dynamic background 'white'\n"
       "set output " +
       gnuplot_quoted(name + ".svg") + "\n" + curves +

@@ -94,8 +94,8 @@ std::vector<Series> read_forces(const Run& run, const std::vector<std::string>& 
 
 Table forces_table(const std::vector<Series>& forces, std::optional<double> length, std::optional<double> speed) {
   Table table;
-  table.columns = {"quantity",  "mean",      "min",       "max",     "peak to peak", "middle",
-                   "amplitude", "frequency", "spectral f", "periods"};
+  table.columns = {"quantity", "mean",      "min",       "max",        "peak to peak",
+                   "middle",   "amplitude", "frequency", "spectral f", "periods"};
   if (length && speed) table.columns.push_back("Strouhal");
   for (const Series& series : forces) {
     const Statistics s = statistics(series);

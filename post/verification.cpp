@@ -75,8 +75,8 @@ std::string table_of(std::vector<VerificationRow> rows) {
       "| case | check | reference | ours | error | order | bar | test |\n|---|---|---|---|---|---|---|---|\n";
   for (const VerificationRow& row : rows) {
     std::string reference = shown(row.reference, "%.8g");
-    if (!row.source.empty()) reference += (reference.empty() ? "" : " (") + shown(row.source, "%s") +
-                                          (reference.empty() ? "" : ")");
+    if (!row.source.empty())
+      reference += (reference.empty() ? "" : " (") + shown(row.source, "%s") + (reference.empty() ? "" : ")");
     const std::string cells[] = {row.id,
                                  shown(row.check, "%.8g"),
                                  reference,

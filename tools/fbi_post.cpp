@@ -235,9 +235,8 @@ void convergence(const Arguments& arguments) {
   if (arguments.no_plot) return;
   const std::string title = arguments.reference.empty() ? "Convergence" : "Convergence to " + arguments.reference;
   say_written(write_plot(base, convergence_plot(points, axis, title)));
-  if (axis != Against::wall && std::all_of(points.begin(), points.end(), [](const ErrorPoint& point) {
-        return point.resolution.wall > 0.0;
-      }))
+  if (axis != Against::wall &&
+      std::all_of(points.begin(), points.end(), [](const ErrorPoint& point) { return point.resolution.wall > 0.0; }))
     say_written(write_plot(base + ".wall", convergence_plot(points, Against::wall, title)));
 }
 
@@ -292,7 +291,8 @@ void add_difference_options(CLI::App& command, Arguments& arguments) {
   command.add_option("--points", arguments.points, "Gauss points in each direction of a cell (3)")
       ->check(CLI::Range(1, 10));
   command
-      .add_option("--uncovered", arguments.uncovered, "part of the volume that may lie in one of the meshes only (0.01)")
+      .add_option("--uncovered", arguments.uncovered,
+                  "part of the volume that may lie in one of the meshes only (0.01)")
       ->check(CLI::Range(0.0, 1.0));
 }
 
@@ -353,7 +353,8 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"h", "dt", "elements", "unknowns", "wall"}));
   add_difference_options(*convergence_command, arguments);
   convergence_command
-      ->add_option("--quantity", arguments.quantities, "column of the history instead of a field, e.g. cylinder:force_x")
+      ->add_option("--quantity", arguments.quantities,
+                   "column of the history instead of a field, e.g. cylinder:force_x")
       ->allow_extra_args(false);
   convergence_command->add_option("--reference-value", arguments.reference_value, "what the quantity should be");
   convergence_command
@@ -374,12 +375,14 @@ int main(int argc, char** argv) {
   forces_command
       ->add_option("--quantity", arguments.quantities, "columns of the history (default: all forces); may be repeated")
       ->allow_extra_args(false);
-  forces_command->add_option("--length", arguments.length, "L of the Strouhal number f L/U")->check(CLI::PositiveNumber);
+  forces_command->add_option("--length", arguments.length, "L of the Strouhal number f L/U")
+      ->check(CLI::PositiveNumber);
   forces_command->add_option("--speed", arguments.speed, "U of the Strouhal number")->check(CLI::PositiveNumber);
 
   CLI::App* verification_command =
       add("verification", "fills the tables of a page from what tests and cases recorded", verification);
-  verification_command->add_option("folders", arguments.files, "folders with rows (*.tsv): build/release/records, cases")
+  verification_command
+      ->add_option("folders", arguments.files, "folders with rows (*.tsv): build/release/records, cases")
       ->required();
   verification_command->add_option("-o,--output", arguments.page, "the page to fill (docs/verification.md)");
   verification_command->add_flag("--quiet", arguments.quiet, "print warnings and errors only");

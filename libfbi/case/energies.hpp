@@ -8,8 +8,8 @@
 
 namespace fbi::cases {
 
-/// Columns of what the case has: `energy:fluid_kinetic`; `energy:fiber_kinetic` and `energy:fiber_elastic`; of a coupled
-/// case `power:fiber` (of the fluid's forces on the fibers) and `power:penalty`, what the slip dissipates:
+/// Columns of what the case has: `energy:fluid_kinetic`; `energy:fiber_kinetic` and `energy:fiber_elastic`; of a
+/// coupled case `power:fiber` (of the fluid's forces on the fibers) and `power:penalty`, what the slip dissipates:
 /// sum_p lambda_p . (M v - D v_b)_p. The fluid loses their sum.
 std::vector<io::HistoryColumn> energy_columns(const fsi::System& system);
 

@@ -89,7 +89,7 @@ void check(const char* name, const std::vector<double>& coarse, const std::vecto
   std::printf("%s, %zu cells: velocity error %.3e, order %.3f, center velocity %+.3e relative\n", name, fine.size() - 1,
               e2, order, center);
   fbi::test::record({.section = "Fluid",
-                     .id = "S-F2",
+                     .id = "S-F3",
                      .check = log::format("square duct, %s, %zu cells a side: L2 error of the velocity", name,
                                           fine.size() - 1),
                      .source = "series solution",
@@ -98,7 +98,7 @@ void check(const char* name, const std::vector<double>& coarse, const std::vecto
                      .order = order,
                      .bar = "order 1.9"});
   fbi::test::record({.section = "Fluid",
-                     .id = "S-F2",
+                     .id = "S-F3",
                      .check = log::format("square duct, %s, %zu cells a side: velocity at the center", name,
                                           fine.size() - 1),
                      .source = "series solution",

@@ -56,12 +56,14 @@ void check_array(int n, double expected) {
   report("Newton iterations, N " + std::to_string(n), result.newton);
   const std::string where = n % 2 == 0 ? "fiber on a line of nodes" : "fiber in the middle of cells";
   record({.section = "Coupling",
+          .id = "S-H1",
           .check = log::format("resistance of a square array, %s, %d cells: F/(mu U)", where.c_str(), n),
           .source = "the same discretisation in 2D, computed independently",
           .reference = expected,
           .ours = resistance,
           .bar = "0.2 %"});
   record({.section = "Coupling",
+          .id = "S-H1",
           .check = log::format("the same, %d cells: force on the fiber against the pressure drop", n),
           .source = "balance",
           .reference = 0.0,

@@ -21,10 +21,10 @@
 namespace fbi::post {
 namespace {
 
+using input::Expression;
 using test::error_of;
 using test::expect_contains;
 using test::Scratch;
-using input::Expression;
 
 using Field = std::array<std::string, 4>;  // velocity and pressure
 const Field linear = {"1+x-2*y+3*z", "t*(x+y)", "-z", "4+x+y"};
@@ -221,7 +221,8 @@ Series sine(double frequency, double end, int steps, double noise) {
   for (int i = 0; i <= steps; ++i) {
     const double t = end * i / steps;
     series.time.push_back(t + 0.2 * end / steps * std::sin(0.7 * i));  // steps of different length
-    series.value.push_back(3.0 + 2.0 * std::sin(2 * M_PI * frequency * series.time.back()) + noise * std::cos(31.0 * i));
+    series.value.push_back(3.0 + 2.0 * std::sin(2 * M_PI * frequency * series.time.back()) +
+                           noise * std::cos(31.0 * i));
   }
   return series;
 }
@@ -251,7 +252,8 @@ TEST_F(CompareTest, ForcesAndEnergiesOfAHistory) {
     io::History history(comm, paths.csv, "wake", columns);
     for (int step = 1; step <= 400; ++step) {
       const double t = 0.01 * step;
-      history.write({1.0 * step, t, 0.01, 1, 1, 1, 1, 0, 0, 0, 0.5, 5.6 + 0.1 * std::cos(2 * M_PI * 3 * t), 2.0, 2 * t});
+      history.write(
+          {1.0 * step, t, 0.01, 1, 1, 1, 1, 0, 0, 0, 0.5, 5.6 + 0.1 * std::cos(2 * M_PI * 3 * t), 2.0, 2 * t});
     }
   }
   EXPECT_EQ(fbi_post("forces wake.run.h5 --from 1 --length 0.1 --speed 2 --format csv"), 0) << output;
@@ -297,7 +299,8 @@ TEST_F(CompareTest, TheProgramFromOutside) {
     EXPECT_TRUE(std::filesystem::exists(file)) << ending;
   }
   expect_contains(io::read_text_file(scratch / "compare.convergence.gp"), "set label '2'");  // the slope triangle
-  EXPECT_EQ(fbi_post("convergence n4.run.h5 n8.run.h5 --reference n16.run.h5 --against unknowns --no-plot"), 0) << output;
+  EXPECT_EQ(fbi_post("convergence n4.run.h5 n8.run.h5 --reference n16.run.h5 --against unknowns --no-plot"), 0)
+      << output;
   EXPECT_EQ(fbi_post("convergence n4.run.h5 n8.run.h5 --quantity wall_seconds --reference-value 0 --no-plot"), 0);
   // What cannot be done is said, with its remedy.
   EXPECT_EQ(fbi_post("l2 n4.run.h5"), 1);
