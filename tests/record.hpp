@@ -15,10 +15,10 @@ inline constexpr double not_given = std::numeric_limits<double>::quiet_NaN();
 /// One row. Numbers that are not given stay empty in the table; `reference_text` and `ours_text` replace numbers where
 /// words say more.
 struct Record {
-  std::string section;    ///< table: "Fluid", "Fibers: statics", "Fibers: dynamics", "General meshes", "Coupling", ...
-  std::string id;         ///< name in the catalogue of cases, such as "S-B8"; empty for identities
-  std::string check;      ///< what was computed, with the options that matter
-  std::string source;     ///< author and year, "exact solution", "identity", "definition"
+  std::string section{};    ///< table: "Fluid", "Fibers: statics", "Fibers: dynamics", "General meshes", "Coupling", ...
+  std::string id{};         ///< name in the catalogue of cases, such as "S-B8"; empty for identities
+  std::string check{};      ///< what was computed, with the options that matter
+  std::string source{};     ///< author and year, "exact solution", "identity", "definition"
   double reference = not_given;
   double ours = not_given;
   std::string reference_text{};

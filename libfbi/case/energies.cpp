@@ -1,5 +1,7 @@
 #include "case/energies.hpp"
 
+#include "base/timer.hpp"
+
 namespace fbi::cases {
 
 std::vector<io::HistoryColumn> energy_columns(const fsi::System& system) {
@@ -17,6 +19,7 @@ std::vector<io::HistoryColumn> energy_columns(const fsi::System& system) {
 }
 
 std::vector<double> energy_values(const fsi::System& system) {
+  Timed timed("energies");
   std::vector<double> values;
   if (system.has_fluid()) values.push_back(system.fluid().kinetic_energy());
   double mine[4] = {0.0, 0.0, 0.0, 0.0};

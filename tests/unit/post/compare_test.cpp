@@ -35,8 +35,8 @@ class CompareTest : public ::testing::Test {
   CompareTest() : comm(MPI_COMM_SELF), scratch(comm) {}
 
   // A box (2 x 1 x 1), or with `general` cells of moved inner nodes; outputs at t = 0 and t = 1 (step = `steps`).
-  Run write(const std::string& name, std::array<Index, 3> cells, const Field& field, bool general = false,
-            double width = 2.0, int steps = 10, bool history = true) {
+  post::Run write(const std::string& name, std::array<Index, 3> cells, const Field& field, bool general = false,
+                  double width = 2.0, int steps = 10, bool history = true) {
     io::CaseFile content = test::example_case();
     content.mesh = mesh::make_box(
         {test::spread(cells[0], width), test::spread(cells[1], 1.0), test::spread(cells[2], 1.0)}, general);
@@ -68,7 +68,7 @@ class CompareTest : public ::testing::Test {
 
   // One fiber from (0,0,0) to (1,0,0), deflected by a cubic of s at t = 1: every Hermite mesh holds it exactly; with
   // `quintic` by s^5.
-  Run write_fiber(const std::string& name, Index elements, bool quintic = false) {
+  post::Run write_fiber(const std::string& name, Index elements, bool quintic = false) {
     mesh::FiberMeshData data;
     data.name = {"fiber"};
     data.group = {0};
@@ -114,7 +114,7 @@ DifferenceOptions with_gradient(const std::string& field = "velocity") {
 
 TEST_F(CompareTest, EqualRunsDifferByExactlyZero) {
   for (const bool general : {false, true}) {
-    const Run a = write("a", {5, 4, 3}, smooth, general), b = write("b", {5, 4, 3}, smooth, general);
+    const post::Run a = write("a", {5, 4, 3}, smooth, general), b = write("b", {5, 4, 3}, smooth, general);
     const Difference d = field_difference(a, b, with_gradient());
     EXPECT_EQ(d.l2, 0.0);
     EXPECT_EQ(d.largest, 0.0);
@@ -126,8 +126,8 @@ TEST_F(CompareTest, EqualRunsDifferByExactlyZero) {
 
 // Trilinear cells hold a linear field on any mesh: what is left is round-off of the search and of the sums.
 TEST_F(CompareTest, LinearFieldsAgreeOnAnyMeshes) {
-  const Run box = write("box", {5, 4, 3}, linear), fine = write("fine", {7, 9, 4}, linear),
-            warped = write("warped", {6, 5, 5}, linear, true);
+  const post::Run box = write("box", {5, 4, 3}, linear), fine = write("fine", {7, 9, 4}, linear),
+                  warped = write("warped", {6, 5, 5}, linear, true);
   for (const auto& [one, other] : {std::pair{&box, &fine}, {&fine, &box}, {&warped, &fine}, {&box, &warped}})
     for (const bool coarse : {false, true})
       for (const char* field : {"velocity", "pressure"}) {
@@ -146,7 +146,7 @@ TEST_F(CompareTest, LinearFieldsAgreeOnAnyMeshes) {
 
 TEST_F(CompareTest, OrdersOfTheInterpolation) {
   for (const bool general : {false, true}) {
-    const Run a = write("a", {8, 4, 4}, smooth, general), b = write("b", {16, 8, 8}, smooth, general);
+    const post::Run a = write("a", {8, 4, 4}, smooth, general), b = write("b", {16, 8, 8}, smooth, general);
     std::vector<Expression> exact = parse_formulas("sin(2*x)*y, cos(x+y)+z*z, x*y*z+t", 3, "--exact");
     const Difference one = field_difference(a, exact, with_gradient()),
                      two = field_difference(b, exact, with_gradient());
@@ -161,7 +161,8 @@ TEST_F(CompareTest, OrdersOfTheInterpolation) {
 TEST_F(CompareTest, MeansAreRemovedAndCostNoDigits) {
   Field shifted = smooth;
   shifted[3] = "1e9+sin(x+2*y+z)";
-  const Run a = write("a", {4, 4, 4}, shifted), b = write("b", {4, 4, 4}, smooth), c = write("c", {8, 4, 5}, smooth);
+  const post::Run a = write("a", {4, 4, 4}, shifted), b = write("b", {4, 4, 4}, smooth),
+                  c = write("c", {8, 4, 5}, smooth);
   DifferenceOptions options;
   options.field = "pressure";
   EXPECT_NEAR(field_difference(a, b, options).l2, (1e9 - 1000) * std::sqrt(2.0), 1.0);
@@ -173,7 +174,7 @@ TEST_F(CompareTest, MeansAreRemovedAndCostNoDigits) {
 }
 
 TEST_F(CompareTest, UncoveredVolumeIsReportedAndLimited) {
-  const Run whole = write("whole", {8, 4, 4}, linear), part = write("part", {4, 4, 4}, linear, false, 1.0);
+  const post::Run whole = write("whole", {8, 4, 4}, linear), part = write("part", {4, 4, 4}, linear, false, 1.0);
   for (const auto& [one, other] : {std::pair{&whole, &part}, {&part, &whole}}) {
     DifferenceOptions options;
     expect_contains(error_of([&] { field_difference(*one, *other, options); }, ExitCode::geometry), "--uncovered 0.55");
@@ -185,7 +186,7 @@ TEST_F(CompareTest, UncoveredVolumeIsReportedAndLimited) {
 }
 
 TEST_F(CompareTest, CenterLines) {
-  const Run a = write_fiber("a", 4), b = write_fiber("b", 7);
+  const post::Run a = write_fiber("a", 4), b = write_fiber("b", 7);
   DifferenceOptions options;
   options.field = "centerline";
   EXPECT_EQ(field_difference(a, a, options).l2, 0.0);
@@ -202,7 +203,7 @@ TEST_F(CompareTest, CenterLines) {
 }
 
 TEST_F(CompareTest, TimesAndStepsThatAreNotThere) {
-  const Run a = write("a", {2, 2, 2}, linear), b = write("b", {3, 2, 2}, linear, false, 2.0, 20);
+  const post::Run a = write("a", {2, 2, 2}, linear), b = write("b", {3, 2, 2}, linear, false, 2.0, 20);
   DifferenceOptions options;
   options.at.step = 10;  // of the first run: t = 1, step 20 of the second one
   EXPECT_LE(field_difference(a, b, options).l2, 1e-13);
@@ -258,7 +259,7 @@ TEST_F(CompareTest, ForcesAndEnergiesOfAHistory) {
   }
   EXPECT_EQ(fbi_post("forces wake.run.h5 --from 1 --length 0.1 --speed 2 --format csv"), 0) << output;
   expect_contains(output, "cylinder:force_x,5.5999");
-  const Run run = read_run(paths.index);
+  const post::Run run = read_run(paths.index);
   const Table table = forces_table(read_forces(run, {}, 1.0), 0.1, 2.0);
   EXPECT_NEAR(std::get<double>(table.rows[0][7]), 3.0, 1e-3);
   EXPECT_NEAR(std::get<double>(table.rows[0].back()), 0.15, 1e-4);
