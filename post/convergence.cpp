@@ -48,15 +48,18 @@ Curves sorted(const std::vector<ErrorPoint>& points, Against against) {
       const double x = a.resolution.of(against), y = b.resolution.of(against);
       return falls_towards_fine(against) ? x > y : x < y;
     });
-    for (std::size_t i = 1; i < curve.size(); ++i)
-      if (std::abs(curve[i].resolution.of(against) / curve[i - 1].resolution.of(against) - 1.0) < 1e-9)
-        throw Error(ExitCode::usage,
-                    log::format("runs \"%s\" and \"%s\" have the same %s, %g; choose another axis with "
-                                "--against (h, dt, elements, unknowns, wall)",
-                                curve[i - 1].run.c_str(), curve[i].run.c_str(), label(against),
-                                curve[i].resolution.of(against)));
   }
   return curves;
+}
+
+// An order needs two resolutions.
+void check_distinct(const std::vector<ErrorPoint>& curve, Against against) {
+  for (std::size_t i = 1; i < curve.size(); ++i)
+    if (std::abs(curve[i].resolution.of(against) / curve[i - 1].resolution.of(against) - 1.0) < 1e-9)
+      throw Error(ExitCode::usage, log::format("runs \"%s\" and \"%s\" have the same %s, %g; choose another axis with "
+                                               "--against (h, dt, elements, unknowns, wall)",
+                                               curve[i - 1].run.c_str(), curve[i].run.c_str(), label(against),
+                                               curve[i].resolution.of(against)));
 }
 
 double slope(const ErrorPoint& coarse, const ErrorPoint& fine, Against against) {
@@ -69,7 +72,7 @@ std::vector<Curve> triangle(const std::vector<ErrorPoint>& curve, Against agains
   if (curve.size() < 2) return {};
   const ErrorPoint &coarse = curve[curve.size() - 2], &fine = curve.back();
   const double order = std::round(2.0 * slope(coarse, fine, against)) / 2.0;
-  if (!(order > 0.0)) return {};
+  if (!(order > 0.0) || !std::isfinite(order)) return {};
   const double x1 = coarse.resolution.of(against), x2 = fine.resolution.of(against), y2 = 0.5 * fine.error;
   const double left = std::sqrt(x1 * x2), ratio = std::pow(std::max(left / x2, x2 / left), order);
   Curve guide;
@@ -148,7 +151,8 @@ Resolution resolution(const Run& run) {
 Table convergence_table(const std::vector<ErrorPoint>& points, Against against) {
   Table table;
   table.columns = {"run", "quantity", "h", "dt", "elements", "unknowns", "wall [s]", "error", "order"};
-  for (const std::vector<ErrorPoint>& curve : sorted(points, against))
+  for (const std::vector<ErrorPoint>& curve : sorted(points, against)) {
+    check_distinct(curve, against);
     for (std::size_t i = 0; i < curve.size(); ++i) {
       const Resolution& r = curve[i].resolution;
       const bool has_order = i > 0 && curve[i].error > 0.0 && curve[i - 1].error > 0.0;
@@ -156,6 +160,7 @@ Table convergence_table(const std::vector<ErrorPoint>& points, Against against) 
                             static_cast<GlobalIndex>(r.unknowns), r.wall, curve[i].error,
                             has_order ? Table::Cell(slope(curve[i - 1], curve[i], against)) : Table::Cell("-")});
     }
+  }
   return table;
 }
 

@@ -1,12 +1,12 @@
 /// Rows of the tables in docs/verification.md: what a test measured, against what reference.
 #pragma once
 
+#include <mpi.h>
+
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
 #include <string>
-
-#include <mpi.h>
 
 namespace fbi::test {
 
@@ -15,10 +15,10 @@ inline constexpr double not_given = std::numeric_limits<double>::quiet_NaN();
 /// One row. Numbers that are not given stay empty in the table; `reference_text` and `ours_text` replace numbers where
 /// words say more.
 struct Record {
-  std::string section{};    ///< table: "Fluid", "Fibers: statics", "Fibers: dynamics", "General meshes", "Coupling", ...
-  std::string id{};         ///< name in the catalogue of cases, such as "S-B8"; empty for identities
-  std::string check{};      ///< what was computed, with the options that matter
-  std::string source{};     ///< author and year, "exact solution", "identity", "definition"
+  std::string section{};  ///< table: "Fluid", "Fibers: statics", "Fibers: dynamics", "General meshes", "Coupling", ...
+  std::string id{};       ///< name in the catalogue of cases, such as "S-B8"; empty for identities
+  std::string check{};    ///< what was computed, with the options that matter
+  std::string source{};   ///< author and year, "exact solution", "identity", "definition"
   double reference = not_given;
   double ours = not_given;
   std::string reference_text{};
@@ -48,14 +48,16 @@ inline void record(const Record& row) {
     return value == value ? std::string(text) : std::string();
   };
   double error = row.error;
-  if (error != error && row.reference != 0.0) error = (row.ours - row.reference) / row.reference;
-  if (error < 0) error = -error;
+  // Comparisons with < would trap on a number that is not given.
+  const bool both = row.ours == row.ours && row.reference == row.reference;
+  if (error != error && both && row.reference != 0.0) error = (row.ours - row.reference) / row.reference;
+  if (error == error && error < 0) error = -error;
   const char* labels = std::getenv("FBI_TEST_LABELS");
   const std::string line = row.section + "\t" + row.id + "\t" + row.check + "\t" + row.source + "\t" +
                            (row.reference_text.empty() ? number(row.reference) : row.reference_text) + "\t" +
                            (row.ours_text.empty() ? number(row.ours) : row.ours_text) + "\t" + number(error) + "\t" +
-                           number(row.order) + "\t" + row.bar + "\t" + test + "\t" +
-                           (labels != nullptr ? labels : "") + "\n";
+                           number(row.order) + "\t" + row.bar + "\t" + test + "\t" + (labels != nullptr ? labels : "") +
+                           "\n";
   std::fputs(line.c_str(), file);
   std::fclose(file);
 }
