@@ -330,14 +330,15 @@ void describe_fiber_group(Visitor& v, FiberGroup& p) {
                 "missing key \"material\"; add for example \"material\": { \"young\": 1e7, \"density\": 10 }");
     }
   }
-  if (v.given("name") && !v.failed("name")) {
-    if (physics.name.empty()) {
-      v.error("name", "must not be empty");
-    } else if (physics.name.find_first_of("/:,;#\"'\\\t\n\r") != std::string::npos) {
-      v.error("name", "\"" + physics.name +
-                          "\" must not hold any of / : , ; # quotes or backslashes: names become columns of "
-                          "tables and / counts the fibers of an array");
-    }
+  check_name(v, physics.name, "names become columns of tables and / counts the fibers of an array");
+}
+
+void check_name(Visitor& v, const std::string& name, const std::string& why) {
+  if (!v.given("name") || v.failed("name")) return;
+  if (name.empty()) {
+    v.error("name", "must not be empty");
+  } else if (name.find_first_of("/:,;#\"'\\\t\n\r") != std::string::npos) {
+    v.error("name", "\"" + name + "\" must not hold any of / : , ; # quotes or backslashes: " + why);
   }
 }
 

@@ -151,7 +151,7 @@ void describe_forces(Visitor& v, ForceOutput& p) {
            });
   if (!v.reading()) return;
   if (v.given("moment_about")) p.about = about;
-  if (v.given("name") && !v.failed("name") && p.name.empty()) v.error("name", "must not be empty");
+  check_name(v, p.name, "names become columns of tables");
   if (v.given("faces") && !v.failed("faces") && p.faces.empty()) v.error("faces", "must name a face set");
 }
 

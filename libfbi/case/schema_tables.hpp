@@ -22,6 +22,10 @@ void describe_time(Visitor& v, CaseParameters& p);
 void describe_output(Visitor& v, Output& p);
 void describe_expectation(Visitor& v, Expectation& p);
 
+/// Reports a "name" that is empty or holds a character that tables of results split columns at.
+/// @param why  end of the message: what names of this kind are used for
+void check_name(Visitor& v, const std::string& name, const std::string& why);
+
 /// The whole case, with the checks that go across its parts.
 void describe_case(Visitor& v, CaseParameters& p);
 
