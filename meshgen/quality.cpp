@@ -205,6 +205,13 @@ Crossings crossing_fibers(const mesh::FiberMeshData& fibers, const std::vector<d
   std::unordered_map<std::int64_t, std::vector<Index>> bins;
   Crossings result;
   std::set<std::pair<GlobalIndex, GlobalIndex>> seen;
+  const auto fiber_of = [&](GlobalIndex n) {
+    return std::upper_bound(fibers.first_node.begin(), fibers.first_node.end(), n) - fibers.first_node.begin() - 1;
+  };
+  for (const mesh::Joint& joint : fibers.joints) {  // joined fibers are meant to meet
+    seen.insert({fiber_of(joint.a), fiber_of(joint.b)});
+    seen.insert({fiber_of(joint.b), fiber_of(joint.a)});
+  }
   for (std::size_t i = 0; i < segments.size(); ++i) {
     const Segment& segment = segments[i];
     const Vec3 end = segment.start + segment.direction;

@@ -31,7 +31,8 @@ std::vector<OutsideFiber> fibers_outside(const mesh::FiberMeshData& fibers, cons
 /// than 1e-9 cell sizes from it). `distance` and `face` are not filled in.
 std::vector<OutsideFiber> fibers_outside(const mesh::FiberMeshData& fibers, const mesh::HexMeshData& mesh);
 
-/// Pairs of fibers whose center lines, taken as chains of chords, come nearer than the sum of their radii.
+/// Pairs of fibers without joints between them whose center lines, taken as chains of chords, come nearer than the sum
+/// of their radii.
 struct Crossings {
   GlobalIndex pairs = 0;              ///< fibers nearer to each other than the sum of their radii
   GlobalIndex coincident = 0;         ///< pairs with the same nodes, which are not counted above

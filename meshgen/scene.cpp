@@ -13,6 +13,7 @@
 #include "meshgen/cylinder.hpp"
 #include "meshgen/gmsh_mesh.hpp"
 #include "meshgen/hex_checks.hpp"
+#include "meshgen/joints.hpp"
 #include "meshgen/mesh_import.hpp"
 #include "meshgen/patterns.hpp"
 #include "meshgen/periodic.hpp"
@@ -180,6 +181,7 @@ Scene make_scene(const cases::CaseParameters& parameters, std::vector<std::strin
     for (const std::string& line : errors) all += (all.empty() ? "" : "\n") + line;
     throw Error(ExitCode::geometry, all);
   }
+  add_joints(parameters.joints, scene.fibers);
   if (scene.fibers.fiber_count() > 1) {
     const Crossings crossings = crossing_fibers(scene.fibers, radii(parameters, scene.fibers));
     if (crossings.pairs + crossings.coincident > 0) {

@@ -9,6 +9,7 @@
 #include "base/error.hpp"
 #include "base/log.hpp"
 #include "beam/fiber_equations.hpp"
+#include "beam/joints.hpp"
 #include "beam/newton.hpp"
 
 namespace fbi::beam {
@@ -38,12 +39,23 @@ std::string check_straight(const mesh::FiberMesh& fibers, const std::vector<Fibe
 
 struct BeamField::Implementation : FiberEquations {
   using FiberEquations::FiberEquations;
+  std::unique_ptr<Joints> joints;  // null without joints on this rank
+  bool joints_singular = false;
+
+  void evaluate_with_joints() {
+    evaluate_all(false);
+    for (Index g = 0; joints != nullptr && g < joints->groups(); ++g) joints->add_forces(*this, g);
+  }
+  bool is_joined(Index f) const { return joints != nullptr && mesh.joined_group[f] >= 0; }
 };
 
 BeamField::BeamField(const mesh::FiberMesh& fibers, const std::vector<FiberParameters>& groups,
                      const BeamTimeParameters& time, const Vec3& gravity) {
   agree_on_error(fibers.comm, ExitCode::geometry, check_straight(fibers, groups));
   implementation_ = std::make_unique<Implementation>(fibers, groups, time, gravity);
+  std::string error;
+  if (!fibers.joined.empty()) implementation_->joints = std::make_unique<Joints>(*implementation_, error);
+  agree_on_error(fibers.comm, ExitCode::usage, error);
 }
 
 BeamField::~BeamField() = default;
@@ -65,6 +77,9 @@ void BeamField::initialize(const std::vector<double>& force) {
     if (fiber.formulation == nullptr) continue;
     b.balance_at_start(f, force.empty() ? nullptr : &force[fiber.first_dof()]);
   }
+  std::string torn;
+  if (b.joints != nullptr) torn = b.joints->balance_acceleration(b);
+  agree_on_error(b.mesh.comm, ExitCode::usage, torn);
   b.dofs = b.dofs_n;
   b.velocity = b.velocity_n;
   b.acceleration = b.acceleration_n;
@@ -81,6 +96,7 @@ void BeamField::begin_step(double time, double dt) {
   b.velocity = b.velocity_n;
   b.acceleration = b.acceleration_n;
   b.loads.evaluate(time, dynamic ? 1.0 : time, b.load_values);
+  if (b.joints != nullptr) b.joints->begin_step(b);
   b.level.dynamic = dynamic;
   b.level.dt = dynamic ? dt : 0.0;
   if (!dynamic) {
@@ -93,8 +109,9 @@ void BeamField::begin_step(double time, double dt) {
   b.level.inertia = b.scheme.inertia_per_displacement(dt);
   for (Index f = 0; f < b.mesh.fibers(); ++f) {
     b.begin_step(f);
-    if (!is_fixed(f)) predict(b, f);
+    if (!is_fixed(f) && !b.is_joined(f)) predict(b, f);
   }
+  for (Index g = 0; b.joints != nullptr && g < b.joints->groups(); ++g) predict_group(b, *b.joints, g);
 }
 
 double BeamField::velocity_per_displacement() const {
@@ -110,8 +127,15 @@ double BeamField::alpha_f() const {
 void BeamField::linearize() {
   Implementation& b = *implementation_;
   b.evaluate_all(true);
+  for (Index g = 0; b.joints != nullptr && g < b.joints->groups(); ++g) {
+    b.joints->add_forces(b, g);
+    b.joints->add_springs(b, g);
+  }
   for (Index f = 0; f < b.mesh.fibers(); ++f)
     if (!is_fixed(f)) b.factorize(f);
+  b.joints_singular = false;
+  for (Index g = 0; b.joints != nullptr && g < b.joints->groups(); ++g)
+    if (!b.joints->factorize(b, g)) b.joints_singular = true;
 }
 
 const std::vector<double>& BeamField::residual() const { return implementation_->residual; }
@@ -133,6 +157,37 @@ void BeamField::solve(Index fiber, double* b) const {
     std::fill_n(b, implementation_->fibers[fiber].dofs(), 0.0);
   else
     implementation_->solve(fiber, b, 1);
+}
+
+void BeamField::solve(std::vector<double>& b) {
+  Implementation& all = *implementation_;
+  for (Index f = 0; f < all.mesh.fibers(); ++f)
+    if (!all.is_joined(f)) solve(f, &b[all.fibers[f].first_dof()]);
+  for (Index g = 0; all.joints != nullptr && g < all.joints->groups(); ++g) {
+    std::vector<double> part = all.joints->gather(g, b);
+    if (all.joints_singular)
+      std::fill(part.begin(), part.end(), std::numeric_limits<double>::quiet_NaN());
+    else
+      all.joints->solve(all, g, part);
+    all.joints->scatter(g, part, b);
+  }
+}
+
+void BeamField::compliance_joined(Index group, const std::vector<const double*>& d, const std::vector<Index>& rows,
+                                  RowMatrix& block) const {
+  const Implementation& b = *implementation_;
+  if (b.joints_singular) {
+    block.setConstant(1, 1, std::numeric_limits<double>::quiet_NaN());
+    return;
+  }
+  b.joints->compliance(b, group, d, rows, block);
+}
+
+double BeamField::squared_joint_residual() const {
+  const Implementation& b = *implementation_;
+  double sum = 0.0;
+  for (Index g = 0; b.joints != nullptr && g < b.joints->groups(); ++g) sum += std::pow(b.joints->gap_force(b, g), 2);
+  return sum;
 }
 
 void BeamField::remove_constrained(std::vector<double>& force) const {
@@ -167,6 +222,7 @@ void BeamField::increment(const std::vector<double>& delta) {
   b.evaluated = false;
   for (const Fiber& fiber : b.fibers)
     if (fiber.formulation != nullptr) b.add_increment(fiber, &delta[fiber.first_dof()], 1.0);
+  for (Index g = 0; b.joints != nullptr && g < b.joints->groups(); ++g) b.joints->advance(g, 1.0);
 }
 
 int BeamField::solve_step(const std::vector<double>& force) {
@@ -175,8 +231,13 @@ int BeamField::solve_step(const std::vector<double>& force) {
   int most = 0;
   bool failed = false;
   for (Index f = 0; f < b.mesh.fibers(); ++f) {
-    if (is_fixed(f)) continue;
+    if (is_fixed(f) || b.is_joined(f)) continue;
     const int iterations = solve_fiber(b, f, force);
+    failed = failed || iterations < 0;
+    most = std::max(most, iterations);
+  }
+  for (Index g = 0; b.joints != nullptr && g < b.joints->groups(); ++g) {
+    const int iterations = solve_group(b, *b.joints, g, force);
     failed = failed || iterations < 0;
     most = std::max(most, iterations);
   }
@@ -186,7 +247,7 @@ int BeamField::solve_step(const std::vector<double>& force) {
 
 void BeamField::accept_step() {
   Implementation& b = *implementation_;
-  if (!b.evaluated) b.evaluate_all(false);
+  if (!b.evaluated) b.evaluate_with_joints();
   for (const Fiber& fiber : b.fibers) {
     if (fiber.formulation == nullptr) continue;
     const std::size_t first = fiber.first_dof();
@@ -211,7 +272,7 @@ const std::vector<double>& BeamField::accepted_acceleration() const { return imp
 
 std::vector<double> BeamField::reactions(const std::vector<double>& force) const {
   Implementation& b = *implementation_;
-  if (!b.evaluated) b.evaluate_all(false);
+  if (!b.evaluated) b.evaluate_with_joints();
   std::vector<double> reaction(b.full.size(), 0.0);
   for (const Fiber& fiber : b.fibers) {
     if (fiber.formulation == nullptr) continue;

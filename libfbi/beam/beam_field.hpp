@@ -53,12 +53,22 @@ class BeamField {
   double round_off() const;
   /// x = K_b^-1 b for one fiber, b and x of shape=(6*nodes of the fiber); constrained entries of x are zero. In place.
   void solve(Index fiber, double* b) const;
+  /// The same for all fibers, b of shape=(nodes,6); those that joints hold together move together, and gaps that their
+  /// constraints have are closed.
+  void solve(std::vector<double>& b);
+  /// compliance() of a group of joined fibers (FiberMesh::joined): `d[i]` and `rows[i]` of its fiber i, rows of the
+  /// fibers one after the other.
+  void compliance_joined(Index group, const std::vector<const double*>& d, const std::vector<Index>& rows,
+                         RowMatrix& block) const;
+  /// Sum over the groups of this rank of the squared gaps of their joints, as forces [force^2].
+  double squared_joint_residual() const;
   /// Removes the part of a force in constrained directions, shape=(nodes,6): what supports carry.
   void remove_constrained(std::vector<double>& force) const;
   /// block = D K_b^-1 D^T, shape=(3*rows,3*rows), multiplier entries ordered (row, direction). `d` is row-major
   /// shape=(rows, 2*nodes): d_1, t_1, d_2, ..., the same for each direction.
   void compliance(Index fiber, const double* d, Index rows, RowMatrix& block) const;
-  /// Adds an increment to the iterate and updates end velocity and acceleration with it.
+  /// Adds an increment to the iterate and updates end velocity and acceleration with it; joints go along by what the
+  /// last solve() of all fibers found.
   void increment(const std::vector<double>& delta);
 
   /// Newton per fiber with the coupling force entering the residual as -force (already weighted w f_{n+1} + (1-w) f_n),

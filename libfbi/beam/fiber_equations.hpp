@@ -94,6 +94,15 @@ struct FiberEquations {
   void evaluate_all(bool with_tangent);
   /// The consistent mass in the band instead of K_b.
   void assemble_mass(Index f);
+  /// Adds to one diagonal entry of the band of one fiber; the supports are not looked at.
+  void add_to_diagonal(Index f, Index dof, double value) {
+    band[fibers[f].band + band_entry(dof, dof)] += value;
+  }
+  /// Stiffness of the springs at joints in statics: a position (part 0) or tangent (part 1) held by one element.
+  double joint_spring(Index f, int part) const {
+    const double length = shortest_element(fibers[f]), stiffness = fibers[f].section.bending_stiffness;
+    return part == 0 ? 12 * stiffness / (length * length * length) : 4 * stiffness / length;
+  }
   /// Factorises the band of one fiber; false when it is singular or not finite.
   bool factorize(Index f);
   /// Starts the step of one fiber: motion of supports, of prescribed and of rigid fibers.

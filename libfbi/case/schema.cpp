@@ -56,6 +56,7 @@ void check_parts(Visitor& v, const CaseParameters& p) {
     useless("buoyancy", "fibers");
     useless("coupling", "fibers");
     useless("time.beam", "fibers");
+    useless("joints", "fibers");
     useless("gravity", "fibers (the fluid takes \"body_force\")");
   }
   if (!fluid && !p.fibers.empty() && std::none_of(p.fibers.begin(), p.fibers.end(), has_equations)) {
@@ -147,7 +148,10 @@ void check_time(Visitor& v, CaseParameters& p) {
     if (fiber.formulation == beam::Formulation::rigid) {
       v.error("fibers[" + std::to_string(i) + "].formulation",
               "rigid fibers have no statics; set \"scheme\": \"generalized_alpha\" for time.beam");
-    } else if (fiber.start == beam::EndCondition::free && fiber.end == beam::EndCondition::free &&
+      continue;
+    }
+    if (!p.joints.empty()) continue;  // another fiber may hold it
+    if (fiber.start == beam::EndCondition::free && fiber.end == beam::EndCondition::free &&
                fiber.supports.empty() && has_equations(p.fibers[i])) {
       v.error("fibers[" + std::to_string(i) + "]",
               "a free fiber has no static equilibrium; add for example \"clamped\": \"start\"");
@@ -184,6 +188,7 @@ void describe_case(Visitor& v, CaseParameters& p) {
                     describe_mesh);
   v.list_of(field("fibers", "fibers and arrays of fibers; missing: fluid alone"), "Fibers", p.fibers,
             describe_fiber_group);
+  v.list_of(field("joints", "joints between fibers, or within one"), "Joint", p.joints, describe_joint);
   v.vector(field("gravity",
                  "acceleration g of the fibers; the fluid takes it as body_force, which only shifts its "
                  "pressure",

@@ -80,6 +80,7 @@ struct CaseParameters {
   std::optional<Channel> channel;               ///< either this or `mesh` is given exactly when `fluid` is
   std::optional<MeshFile> mesh;
   std::vector<FiberGroup> fibers;  ///< empty = fluid-only run
+  std::vector<mesh::JointParameters> joints;  ///< between fibers
   Vec3 gravity = Vec3::Zero();     ///< acts on the fibers [length/time^2]
   bool buoyancy = false;           ///< the weight of the displaced fluid is taken off that of the fibers
   coupling::CouplingParameters coupling;

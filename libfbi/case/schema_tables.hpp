@@ -15,6 +15,8 @@ void describe_boundary(Visitor& v, fluid::BoundaryCondition& p);
 
 void describe_fiber_group(Visitor& v, FiberGroup& p);
 
+void describe_joint(Visitor& v, mesh::JointParameters& p);
+
 void describe_coupling(Visitor& v, coupling::CouplingParameters& p, fsi::SchemeParameters& scheme);
 void describe_solver(Visitor& v, fsi::SolverParameters& p);
 /// The keys of "time": step size, end and the schemes of both fields.

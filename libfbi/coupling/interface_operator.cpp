@@ -5,7 +5,15 @@
 namespace fbi::coupling {
 
 InterfaceOperator::InterfaceOperator(const mesh::FiberMesh& fibers, double penalty)
-    : penalty_(penalty), first_row_(1, 0), blocks_(fibers.fibers()), factors_(fibers.fibers()) {}
+    : penalty_(penalty),
+      first_row_(1, 0),
+      blocks_(fibers.fibers()),
+      factors_(fibers.fibers()),
+      groups_(fibers.joined.size()),
+      group_(fibers.joined_group) {
+  group_.resize(fibers.fibers(), -1);
+  for (std::size_t g = 0; g < groups_.size(); ++g) groups_[g].fibers = fibers.joined[g];
+}
 
 void InterfaceOperator::reset(const Coupling& coupling) {
   const Index fibers = static_cast<Index>(blocks_.size());
@@ -20,6 +28,29 @@ void InterfaceOperator::reset(const Coupling& coupling) {
     diagonal_[p] = active_[p] ? kappa / penalty_ : 1.0;
   }
   for (Block& block : blocks_) block.resize(0, 0);
+  for (Group& group : groups_) {
+    group.block.resize(0, 0);
+    group.rows.clear();
+    for (const Index f : group.fibers)
+      for (Index p = first_row_[f]; p < first_row_[f + 1]; ++p) group.rows.push_back(p);
+  }
+}
+
+void InterfaceOperator::add_joined(Index group, double factor, const Block& compliance) {
+  Block& block = groups_[group].block;
+  const std::vector<Index>& rows = groups_[group].rows;
+  const Index count = static_cast<Index>(rows.size());
+  if (block.size() == 0) block = Block::Zero(3 * count, 3 * count);
+  block += factor * compliance;
+  for (Index p = 0; p < count; ++p) {
+    if (active_[rows[p]]) {
+      for (int i = 0; i < 3; ++i) block(3 * p + i, 3 * p + i) += diagonal_[rows[p]];
+      continue;
+    }
+    block.middleRows(3 * p, 3).setZero();
+    block.middleCols(3 * p, 3).setZero();
+    block.block(3 * p, 3 * p, 3, 3).setIdentity();
+  }
 }
 
 void InterfaceOperator::add(Index fiber, double factor, const Block& compliance) {
@@ -47,12 +78,45 @@ bool InterfaceOperator::factorize() {
     const double smallest = factors_[f].matrixLU().diagonal().cwiseAbs().minCoeff();
     if (!(smallest > 0.0)) return false;
   }
+  for (Group& group : groups_) {
+    if (group.block.size() == 0) continue;
+    if (!group.block.allFinite()) return false;
+    group.factor.compute(group.block);
+    if (!(group.factor.matrixLU().diagonal().cwiseAbs().minCoeff() > 0.0)) return false;
+  }
   return true;
+}
+
+void InterfaceOperator::solve_joined(double* b) const {
+  for (const Group& group : groups_) {
+    if (group.block.size() == 0) continue;
+    Eigen::VectorXd part(group.block.rows());
+    for (std::size_t p = 0; p < group.rows.size(); ++p)
+      for (int i = 0; i < 3; ++i)
+        part[3 * static_cast<Index>(p) + i] = active_[group.rows[p]] ? b[3 * group.rows[p] + i] : 0.0;
+    part = group.factor.solve(part).eval();
+    for (std::size_t p = 0; p < group.rows.size(); ++p)
+      for (int i = 0; i < 3; ++i) b[3 * group.rows[p] + i] = part[3 * static_cast<Index>(p) + i];
+  }
+}
+
+void InterfaceOperator::apply_joined(const double* lambda, double* out) const {
+  for (const Group& group : groups_) {
+    if (group.block.size() == 0) continue;
+    Eigen::VectorXd part(group.block.rows());
+    for (std::size_t p = 0; p < group.rows.size(); ++p)
+      for (int i = 0; i < 3; ++i) part[3 * static_cast<Index>(p) + i] = lambda[3 * group.rows[p] + i];
+    part = (group.block * part).eval();
+    for (std::size_t p = 0; p < group.rows.size(); ++p)
+      for (int i = 0; i < 3; ++i) out[3 * group.rows[p] + i] = part[3 * static_cast<Index>(p) + i];
+  }
 }
 
 void InterfaceOperator::solve(double* b) const {
   Eigen::VectorXd work;
+  solve_joined(b);
   for (Index f = 0; f < fibers(); ++f) {
+    if (is_joined(f)) continue;
     const Index first = first_row_[f], rows = first_row_[f + 1] - first;
     for (Index p = 0; p < rows; ++p)
       if (!active_[first + p])
@@ -69,7 +133,9 @@ void InterfaceOperator::solve(double* b) const {
 }
 
 void InterfaceOperator::apply(const double* lambda, double* out) const {
+  apply_joined(lambda, out);
   for (Index f = 0; f < fibers(); ++f) {
+    if (is_joined(f)) continue;
     const Index first = first_row_[f], rows = first_row_[f + 1] - first;
     if (blocks_[f].size() == 0) {
       for (Index p = 0; p < rows; ++p)

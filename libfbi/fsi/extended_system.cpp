@@ -102,7 +102,16 @@ bool ExtendedSystem::factorize() {
           }
         }
       }
+    for (Index g = 0; g < interface_->groups(); ++g) {
+      const coupling::InterfaceOperator::Block& block = interface_->joined_block(g);
+      const std::vector<Index>& joined = interface_->joined_rows(g);
+      for (Index a = 0; a < block.rows(); ++a)
+        for (Index b = 0; b < block.cols(); ++b)
+          add(multiplier_number(3 * (first_row + joined[a / 3]) + a % 3),
+              multiplier_number(3 * (first_row + joined[b / 3]) + b % 3), -block(a, b));
+    }
     for (Index f = 0; f < interface_->fibers(); ++f) {
+      if (interface_->is_joined(f)) continue;
       const Index first = interface_->first_row_of(f), count = interface_->first_row_of(f + 1) - first;
       for (Index a = 0; a < 3 * count; ++a)
         for (Index b = 0; b < 3 * count; ++b) {

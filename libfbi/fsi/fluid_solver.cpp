@@ -302,10 +302,15 @@ bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed) 
   const linalg::MultiplierRows rows = coupling::complete_rows(mesh, *coupling_, weight_->values());
   std::vector<linalg::InterfaceBlock> blocks;
   for (Index f = 0; f < interface_->fibers(); ++f) {
+    if (interface_->is_joined(f)) continue;
     const Index first = interface_->first_row_of(f), count = interface_->first_row_of(f + 1) - first;
     blocks.push_back({first, count, interface_->is_diagonal(f) ? nullptr : interface_->block(f).data(),
                       interface_->diagonal().data() + first});
   }
+  for (Index g = 0; g < interface_->groups(); ++g)
+    if (interface_->joined_block(g).size() > 0)
+      blocks.push_back({0, static_cast<Index>(interface_->joined_rows(g).size()), interface_->joined_block(g).data(),
+                        nullptr, interface_->joined_rows(g).data()});
   return !comm_.any(!factor_.factorize(rows, blocks));
 }
 

@@ -35,6 +35,35 @@ double norm(const Comm& comm, const std::vector<double>& values) {
   return std::sqrt(comm.sum(sum));
 }
 
+/// The same for the groups of fibers that joints hold together: one block of S each, and their part of D v_b.
+void condense_joined(System& system, double c, std::vector<double>& velocity) {
+  const mesh::FiberMesh& fibers = system.fibers();
+  if (fibers.joined.empty()) return;
+  const coupling::Coupling& coupling = system.coupling();
+  beam::BeamField& beams = system.beams();
+  const double w = system.weight();
+  beam::RowMatrix compliance;
+  for (std::size_t g = 0; g < fibers.joined.size(); ++g) {
+    std::vector<const double*> d;
+    std::vector<Index> rows;
+    for (const Index f : fibers.joined[g]) {
+      d.push_back(coupling.d_block(f).data());
+      rows.push_back(coupling.first_row_of(f + 1) - coupling.first_row_of(f));
+    }
+    beams.compliance_joined(static_cast<Index>(g), d, rows, compliance);
+    system.interface().add_joined(static_cast<Index>(g), c * w, compliance);
+  }
+  std::vector<double> increment(velocity.size());
+  for (std::size_t k = 0; k < increment.size(); ++k)
+    increment[k] = (1.0 - w) * system.force_old()[k] - beams.residual()[k];
+  beams.solve(increment);
+  for (const std::vector<Index>& group : fibers.joined)
+    for (const Index f : group)
+      for (std::size_t k = 6 * static_cast<std::size_t>(fibers.first_node[f]);
+           k < 6 * static_cast<std::size_t>(fibers.first_node[f + 1]); ++k)
+        velocity[k] += c * increment[k];
+}
+
 /// S and g of the condensed fibers at the current iterate: S = kappa/eps + c w D K_b^-1 D^T,
 /// g = D v_b + c D K_b^-1 ((1-w) D^T lambda_n - G_b).
 bool condense(System& system, std::vector<double>& g) {
@@ -51,7 +80,7 @@ bool condense(System& system, std::vector<double>& g) {
     beam::RowMatrix compliance;
     std::vector<double> increment;
     for (Index f = 0; f < fibers.fibers(); ++f) {
-      if (beams.is_fixed(f)) continue;
+      if (beams.is_fixed(f) || fibers.is_joined(f)) continue;
       const Index rows = coupling.first_row_of(f + 1) - coupling.first_row_of(f);
       beams.compliance(f, coupling.d_block(f).data(), rows, compliance);
       interface.add(f, c * w, compliance);
@@ -63,6 +92,7 @@ bool condense(System& system, std::vector<double>& g) {
       beams.solve(f, increment.data());
       for (std::size_t k = begin; k < end; ++k) velocity[k] += c * increment[k - begin];
     }
+    condense_joined(system, c, velocity);
   }
   coupling.apply_d(velocity, g.data());
   return !system.comm().any(!interface.factorize());
@@ -87,15 +117,9 @@ std::vector<double> fiber_residual(const System& system, const std::vector<doubl
 void move_fibers(System& system, const std::vector<double>& force) {
   Timed timed("fiber increments");
   beam::BeamField& beams = system.beams();
-  const mesh::FiberMesh& fibers = system.fibers();
-  std::vector<double> delta(force.size(), 0.0);
-  for (Index f = 0; f < fibers.fibers(); ++f) {
-    if (beams.is_fixed(f)) continue;
-    const std::size_t begin = 6 * static_cast<std::size_t>(fibers.first_node[f]);
-    const std::size_t end = 6 * static_cast<std::size_t>(fibers.first_node[f + 1]);
-    for (std::size_t k = begin; k < end; ++k) delta[k] = force[k] - beams.residual()[k];
-    beams.solve(f, &delta[begin]);
-  }
+  std::vector<double> delta(force.size());
+  for (std::size_t k = 0; k < delta.size(); ++k) delta[k] = force[k] - beams.residual()[k];
+  beams.solve(delta);
   beams.increment(delta);
 }
 
@@ -156,6 +180,8 @@ StepReport solve_monolithic(System& system) {
     if (moving) {
       force = system.fiber_force(lambda);
       fiber_norm = norm(system.comm(), fiber_residual(system, force));
+      if (system.has_joints())
+        fiber_norm = std::hypot(fiber_norm, std::sqrt(system.comm().sum(system.beams().squared_joint_residual())));
     }
     if (iteration == 0) {
       fluid_reference = fluid_norm;

@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/error.hpp"
+#include "base/log.hpp"
 #include "base/timer.hpp"
 
 namespace fbi::fsi {
+
+constexpr Index most_joined_nodes = 2000;  // 36e6 entries of S, as many of its factors
 
 System::System(fluid::FluidField* fluid, beam::BeamField* beams, const mesh::FiberMesh* fibers,
                const coupling::CouplingParameters& coupling_parameters, const SchemeParameters& scheme,
@@ -19,15 +23,33 @@ System::System(fluid::FluidField* fluid, beam::BeamField* beams, const mesh::Fib
       comm_(fluid != nullptr ? fluid->mesh().comm : fibers->comm) {
   if (beams_ != nullptr) {
     fibers_move_ = comm_.any(beams_->moving_fibers() > 0);
+    has_joints_ = comm_.any(!fibers_->joined.empty());
     force_old_.assign(6 * static_cast<std::size_t>(fibers_->nodes()), 0.0);
     last_force_ = force_old_;
   }
   if (fluid_ != nullptr) fluid_->set_linearization(solver.nonlinear);
   if (fluid_ == nullptr || beams_ == nullptr) return;
+  check_group_sizes();
   coupling_ = std::make_unique<coupling::Coupling>(fluid_->mesh(), *fibers_, coupling_parameters_);
   interface_ = std::make_unique<coupling::InterfaceOperator>(*fibers_, coupling_parameters_.penalty);
   lambda_.assign(3 * static_cast<std::size_t>(coupling_->rows()), 0.0);
   lambda_old_ = lambda_older_ = lambda_;
+}
+
+void System::check_group_sizes() const {
+  std::string text;
+  for (const std::vector<Index>& group : fibers_->joined) {
+    Index nodes = 0;
+    for (const Index f : group) nodes += fibers_->first_node[f + 1] - fibers_->first_node[f];
+    if (nodes <= most_joined_nodes || scheme_.scheme != Scheme::monolithic) continue;
+    text = log::format(
+        "fiber \"%s\" hangs together with others by joints, %d nodes in all; the monolithic scheme keeps a "
+        "dense block of them and takes at most %d: use coarser fibers, fewer joints, or \"scheme\": "
+        "\"aitken\"",
+        fibers_->name[group[0]].c_str(), nodes, most_joined_nodes);
+    break;
+  }
+  agree_on_error(comm_, ExitCode::usage, text);
 }
 
 double System::weight() const {

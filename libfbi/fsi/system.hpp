@@ -47,6 +47,8 @@ class System {
   bool is_coupled() const { return coupling_ != nullptr; }
   /// Some fiber on some rank has equations to solve.
   bool fibers_move() const { return fibers_move_; }
+  /// Some fibers on some rank are joined.
+  bool has_joints() const { return has_joints_; }
 
   /// Starts the step in both fields and renews what depends on the step. Collective.
   void begin_step(double time, double dt);
@@ -97,6 +99,9 @@ class System {
   std::vector<double>& lambda_older() { return lambda_older_; }  ///< lambda_{n-1}
 
  private:
+  /// Throws Error(usage) for groups of joined fibers whose block of S would be too large. Collective.
+  void check_group_sizes() const;
+
   fluid::FluidField* fluid_;
   beam::BeamField* beams_;
   const mesh::FiberMesh* fibers_;
@@ -108,6 +113,7 @@ class System {
   std::unique_ptr<coupling::InterfaceOperator> interface_;
   std::unique_ptr<FluidSolver> solver_;
   bool fibers_move_ = false;
+  bool has_joints_ = false;
   bool has_geometry_ = false;
   std::vector<double> geometry_dofs_;
   std::vector<double> lambda_, lambda_old_, lambda_older_, force_old_, last_force_;

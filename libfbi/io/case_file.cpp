@@ -39,6 +39,14 @@ void write_fibers(File& file, const mesh::FiberMeshData& fibers) {
   file.write("/fibers/position", fibers.position, 3);
   file.write("/fibers/tangent", fibers.tangent, 3);
   file.write("/fibers/element_length", fibers.element_length);
+  if (fibers.joints.empty()) return;
+  std::vector<GlobalIndex> rows;
+  for (const mesh::Joint& joint : fibers.joints)
+    rows.insert(rows.end(), {joint.a, joint.b, static_cast<GlobalIndex>(joint.type)});
+  file.write("/fibers/joints/nodes", rows, 3);  // node, node, 0 for position or 1 for rigid
+  file.write("/fibers/joints/first", fibers.first_joint);
+  file.write("/fibers/joints/body", fibers.body);
+  file.write("/fibers/joints/anchor", fibers.anchor, 3);
 }
 
 void broadcast(const Comm& comm, std::string& text) {
@@ -176,6 +184,16 @@ mesh::FiberMesh read_fibers(const Comm& comm, const std::string& path, const mes
       chunk.element_length =
           file.read_rows<double>("/fibers/element_length", first_node - first_fiber, nodes - fibers.count);
       for (GlobalIndex& node : chunk.first_node) node -= first_node;
+      if (file.has("/fibers/joints")) {
+        chunk.first_joint = file.read_rows<GlobalIndex>("/fibers/joints/first", fibers.begin, fibers.count + 1);
+        chunk.body = file.read_rows<GlobalIndex>("/fibers/joints/body", fibers.begin, fibers.count);
+        chunk.anchor = file.read_rows<double>("/fibers/joints/anchor", fibers.begin, fibers.count);
+        const GlobalIndex first_joint = chunk.first_joint.front();
+        const std::vector<GlobalIndex> rows = file.read_rows<GlobalIndex>("/fibers/joints/nodes", first_joint,
+                                                                          chunk.first_joint.back() - first_joint);
+        for (std::size_t i = 0; i + 2 < rows.size(); i += 3)
+          chunk.joints.push_back({rows[i], rows[i + 1], static_cast<mesh::JointType>(rows[i + 2])});
+      }
     }
   }
   return distribute(comm, chunk, first_fiber, first_node, fluid);

@@ -34,10 +34,12 @@ Sparse assemble(const MultiplierRows& m, const std::vector<InterfaceBlock>& s) {
           entries.emplace_back(3 * (block.first + p) + i, 3 * (block.first + p) + i, block.diagonal[p]);
     } else {
       const Index n = 3 * block.rows;
+      const auto row = [&block](Index a) {
+        return 3 * (block.index != nullptr ? block.index[a / 3] : block.first + a / 3) + a % 3;
+      };
       for (Index a = 0; a < n; ++a)
         for (Index b = 0; b < n; ++b)
-          entries.emplace_back(3 * block.first + a, 3 * block.first + b,
-                               block.dense[static_cast<std::size_t>(a) * n + b]);
+          entries.emplace_back(row(a), row(b), block.dense[static_cast<std::size_t>(a) * n + b]);
     }
   }
   Sparse t(3 * rows, 3 * rows);

@@ -20,13 +20,14 @@ struct MultiplierRows {
   Index columns() const { return static_cast<Index>(weight.size() / 3); }
 };
 
-/// A block of S: rows [first, first + rows), dense with entries ordered (row, direction), or diagonal when `dense` is
-/// null.
+/// A block of S: rows [first, first + rows), or those listed in `index`, dense with entries ordered (row, direction),
+/// or diagonal when `dense` is null.
 struct InterfaceBlock {
   Index first = 0;
   Index rows = 0;
   const double* dense = nullptr;     ///< row-major, shape=(3*rows,3*rows)
   const double* diagonal = nullptr;  ///< shape=(rows), the same in every direction
+  const Index* index = nullptr;      ///< shape=(rows), rows of a dense block that do not follow each other
 };
 
 /// Sparse factors of T = S + M W M^T restricted to this rank's rows: (W^-1 + M^T S^-1 M)^-1 = W - W M^T T^-1 M W.

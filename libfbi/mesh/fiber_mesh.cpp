@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 
 #include "base/error.hpp"
 #include "fem/line_shapes.hpp"
@@ -62,6 +63,40 @@ std::array<double, 3> middle(const FiberMeshData& chunk, std::size_t f) {
   return x;
 }
 
+// Fibers that hang together on this rank, from the joints between its nodes.
+void find_groups(FiberMesh& mesh) {
+  const Index fibers = mesh.fibers();
+  mesh.joined_group.assign(fibers, -1);
+  if (mesh.joints.empty()) return;
+  std::vector<Index> root(fibers);
+  std::iota(root.begin(), root.end(), 0);
+  const auto find = [&root](Index f) {
+    while (root[f] != f) f = root[f] = root[root[f]];
+    return f;
+  };
+  const auto fiber_of = [&mesh](Index node) {
+    return static_cast<Index>(std::upper_bound(mesh.first_node.begin(), mesh.first_node.end(), node) -
+                              mesh.first_node.begin()) -
+           1;
+  };
+  std::vector<char> has_joint(fibers, 0);
+  for (const FiberMesh::LocalJoint& joint : mesh.joints) {
+    const Index a = fiber_of(joint.a), b = fiber_of(joint.b), low = std::min(find(a), find(b));
+    has_joint[a] = has_joint[b] = 1;
+    root[find(a)] = root[find(b)] = low;
+  }
+  for (Index f = 0; f < fibers; ++f) {
+    if (!has_joint[f]) continue;
+    const Index first = find(f);
+    if (first == f) {
+      mesh.joined_group[f] = static_cast<Index>(mesh.joined.size());
+      mesh.joined.emplace_back();
+    }
+    mesh.joined_group[f] = mesh.joined_group[first];
+    mesh.joined[mesh.joined_group[f]].push_back(f);
+  }
+}
+
 struct FiberHeader {
   GlobalIndex id, first_node_id;
   Index group, nodes, name_length;
@@ -108,13 +143,18 @@ FiberMesh distribute(const Comm& comm, const FiberMeshData& chunk, GlobalIndex f
   agree_on_error(comm, ExitCode::geometry, text);
 
   std::vector<int> rank(fibers);
+  const bool joints = !chunk.body.empty();
   if (fluid) {
     const std::vector<CellBox> boxes = cell_boxes(comm, *fluid);
-    for (std::size_t f = 0; f < fibers; ++f) rank[f] = nearest_rank(boxes, middle(chunk, f));
+    for (std::size_t f = 0; f < fibers; ++f) {
+      const double* anchor = joints ? &chunk.anchor[3 * f] : nullptr;
+      rank[f] = nearest_rank(boxes, joints ? std::array<double, 3>{anchor[0], anchor[1], anchor[2]} : middle(chunk, f));
+    }
   } else {
     std::vector<GlobalIndex> begins(static_cast<std::size_t>(comm.size()) + 1);
     for (int r = 0; r <= comm.size(); ++r) begins[r] = even_begin(mesh.global_fibers, r, comm.size());
-    for (std::size_t f = 0; f < fibers; ++f) rank[f] = chunk_rank(begins, first_fiber + static_cast<GlobalIndex>(f));
+    for (std::size_t f = 0; f < fibers; ++f)
+      rank[f] = chunk_rank(begins, joints ? chunk.body[f] : first_fiber + static_cast<GlobalIndex>(f));
   }
 
   const GlobalIndex base = fibers == 0 ? 0 : chunk.first_node[0];
@@ -137,6 +177,12 @@ FiberMesh distribute(const Comm& comm, const FiberMeshData& chunk, GlobalIndex f
                                               chunk.element_length.begin() + (first(f + 1) - f - 1));
                                 }));
 
+  const auto joint_list = exchange(comm, pack<Joint>(comm.size(), rank, [&](std::size_t f, auto& list) {
+                                     if (!joints) return;
+                                     for (GlobalIndex j = chunk.first_joint[f]; j < chunk.first_joint[f + 1]; ++j)
+                                       list.push_back(chunk.joints[j - chunk.first_joint[0]]);
+                                   }));
+
   mesh.first_node = {0};
   const char* name = names.data.data();
   const double* number = numbers.data.data();
@@ -154,6 +200,13 @@ FiberMesh distribute(const Comm& comm, const FiberMeshData& chunk, GlobalIndex f
     mesh.element_length.insert(mesh.element_length.end(), number, number + (header.nodes - 1));
     number += header.nodes - 1;
   }
+  const auto local = [&mesh](GlobalIndex node) {  // fibers of one rank ascend, and so do their nodes
+    const auto after = std::upper_bound(mesh.first_node_id.begin(), mesh.first_node_id.end(), node);
+    const std::size_t f = static_cast<std::size_t>(after - mesh.first_node_id.begin()) - 1;
+    return mesh.first_node[f] + static_cast<Index>(node - mesh.first_node_id[f]);
+  };
+  for (const Joint& joint : joint_list.data) mesh.joints.push_back({local(joint.a), local(joint.b), joint.type});
+  find_groups(mesh);
   return mesh;
 }
 
@@ -174,6 +227,13 @@ FiberMeshData chunk_of(const Comm& comm, const FiberMeshData& fibers, GlobalInde
   chunk.tangent.assign(fibers.tangent.begin() + 3 * node, fibers.tangent.begin() + 3 * node_end);
   chunk.element_length.assign(fibers.element_length.begin() + (node - begin),
                               fibers.element_length.begin() + (node_end - end));
+  if (!fibers.body.empty()) {
+    chunk.body.assign(fibers.body.begin() + begin, fibers.body.begin() + end);
+    chunk.anchor.assign(fibers.anchor.begin() + 3 * begin, fibers.anchor.begin() + 3 * end);
+    chunk.first_joint.assign(fibers.first_joint.begin() + begin, fibers.first_joint.begin() + end + 1);
+    chunk.joints.assign(fibers.joints.begin() + chunk.first_joint.front(),
+                        fibers.joints.begin() + chunk.first_joint.back());
+  }
   return chunk;
 }
 

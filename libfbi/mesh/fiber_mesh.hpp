@@ -27,6 +27,16 @@ struct FiberMesh {
   std::vector<double> tangent;            ///< reference unit tangents, shape=(nodes,3)
   std::vector<double> element_length;     ///< shape=(elements) [length]
 
+  /// Two joined nodes of this rank.
+  struct LocalJoint {
+    Index a = 0, b = 0;
+    JointType type = JointType::position;
+  };
+  std::vector<LocalJoint> joints;          ///< in file order, all of one group of joined fibers on one rank
+  std::vector<std::vector<Index>> joined;  ///< fibers that hang together by joints, ascending; single fibers are left out
+  std::vector<Index> joined_group;         ///< shape=(fibers): index into `joined`, -1 for fibers without joints
+
+  bool is_joined(Index fiber) const { return !joined_group.empty() && joined_group[fiber] >= 0; }
   Index fibers() const { return static_cast<Index>(fiber_id.size()); }
   Index nodes() const { return static_cast<Index>(position.size() / 3); }
   Index elements() const { return static_cast<Index>(element_length.size()); }
@@ -36,7 +46,8 @@ struct FiberMesh {
 };
 
 /// Places fibers near the fluid they touch: a fiber goes to the rank whose box of cells holds (or is nearest to) the middle of
-/// its reference curve, the lowest such rank on ties; without a fluid mesh fibers are spread evenly in file order. Every rank
+/// its reference curve, the lowest such rank on ties; without a fluid mesh fibers are spread evenly in file order. Fibers that
+/// joints hold together go to the rank of the middle of them all. Every rank
 /// passes a contiguous chunk of the fibers, `first_fiber` being the file number of its first one, and `first_node_id` the file
 /// number of that fiber's first node. Collective.
 FiberMesh distribute(const Comm& comm, const FiberMeshData& chunk, GlobalIndex first_fiber, GlobalIndex first_node_id,

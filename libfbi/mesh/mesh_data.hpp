@@ -38,15 +38,32 @@ struct HexMeshData {
   GlobalIndex cell_count() const { return static_cast<GlobalIndex>(cells.size()) / 8; }
 };
 
+/// What two joined nodes share.
+enum class JointType {
+  position,  ///< the place: a hinge
+  rigid      ///< the place, and the directions of the tangents turn together
+};
+
+/// Two joined nodes, of two fibers or of one.
+struct Joint {
+  GlobalIndex a = 0, b = 0;  ///< node numbers
+  JointType type = JointType::position;
+};
+
 /// Fibers, each a chain of Hermite elements: element e of a fiber joins its nodes e and e+1.
 struct FiberMeshData {
-  std::vector<std::string> name;        ///< shape=(fibers): "patch/3/0", ...
-  std::vector<Index> group;             ///< shape=(fibers): index into "fibers" of the case file
-  std::vector<GlobalIndex> first_node;  ///< shape=(fibers+1)
-  std::vector<double> position;         ///< reference node positions, shape=(nodes,3) [length]
-  std::vector<double> tangent;          ///< reference node tangents dr/ds, shape=(nodes,3), unit vectors
-  std::vector<double> element_length;   ///< l_ele, arc-length consistent, shape=(elements) [length];
-                                        ///< element e of fiber f has number first_node[f] - f + e
+  std::vector<std::string> name;           ///< shape=(fibers): "patch/3/0", ...
+  std::vector<Index> group;                ///< shape=(fibers): index into "fibers" of the case file
+  std::vector<GlobalIndex> first_node;     ///< shape=(fibers+1)
+  std::vector<double> position;            ///< reference node positions, shape=(nodes,3) [length]
+  std::vector<double> tangent;             ///< reference node tangents dr/ds, shape=(nodes,3), unit vectors
+  std::vector<double> element_length;      ///< l_ele, arc-length consistent, shape=(elements) [length];
+                                           ///< element e of fiber f has number first_node[f] - f + e
+  // Joints; all of this is empty without them.
+  std::vector<Joint> joints;             ///< ordered by the fiber of node a
+  std::vector<GlobalIndex> first_joint;  ///< shape=(fibers+1): joints whose node a lies on the fiber
+  std::vector<GlobalIndex> body;         ///< shape=(fibers): lowest number of the fibers that hang together with it
+  std::vector<double> anchor;            ///< shape=(fibers,3): middle of those fibers, the same for all of them [length]
   GlobalIndex fiber_count() const { return static_cast<GlobalIndex>(name.size()); }
 };
 

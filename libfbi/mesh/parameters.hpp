@@ -2,11 +2,13 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/types.hpp"
 #include "input/expression.hpp"
+#include "mesh/mesh_data.hpp"
 
 namespace fbi::mesh {
 
@@ -79,6 +81,15 @@ struct CurveParameters {
 struct ArrayParameters {
   std::array<Index, 3> counts = {1, 1, 1};
   Vec3 spacing = Vec3::Zero();  ///< [length]
+};
+
+/// Two nodes that are joined, or all nodes that lie at one place.
+struct JointParameters {
+  std::string fiber[2];                         ///< names of the two fibers; of groups too when touching
+  bool at_end[2] = {true, false};               ///< end or start of each fiber
+  std::optional<double> arc_length[2];          ///< place on each fiber instead of an end [length]
+  std::optional<double> touching;               ///< join all nodes nearer to each other than this [length]
+  JointType type = JointType::position;
 };
 
 }  // namespace fbi::mesh
