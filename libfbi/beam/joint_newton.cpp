@@ -67,9 +67,15 @@ struct GroupStep {
     return largest;
   }
   void set(const std::vector<double>& dofs) const {
-    joints.scatter(g, dofs, equations.dofs);
-    for (const Index f : fibers)
-      if (moves(f)) equations.update_rates(equations.fibers[f]);
+    std::size_t offset = 0;
+    for (const Index f : fibers) {
+      const Fiber& fiber = equations.fibers[f];
+      if (moves(f)) {
+        std::copy_n(&dofs[offset], fiber.dofs(), &equations.dofs[fiber.first_dof()]);
+        equations.update_rates(fiber);
+      }
+      offset += static_cast<std::size_t>(fiber.dofs());
+    }
   }
   bool factorize() const {
     joints.add_springs(equations, g);

@@ -27,6 +27,10 @@ Joints::Joints(const FiberEquations& equations, std::string& error) {
     group.offset = {0};
     for (std::size_t i = 0; i < group.fibers.size(); ++i) {
       place_in_group[group.fibers[i]] = static_cast<Index>(i);
+      const Formulation formulation = equations.groups[mesh.group[group.fibers[i]]].formulation;
+      if (formulation != Formulation::torsion_free && formulation != Formulation::fixed && error.empty())
+        error = "fiber \"" + mesh.name[group.fibers[i]] +
+                "\" has a joint, which goes with the formulations torsion_free and fixed; choose one of them";
       group.offset.push_back(group.offset.back() + equations.fibers[group.fibers[i]].dofs());
       group.first_dof.push_back(equations.fibers[group.fibers[i]].first_dof());
     }
@@ -87,10 +91,6 @@ Joints::Joints(const FiberEquations& equations, std::string& error) {
     bool one_is_held = false, same = true;
     for (const Index node : list) {
       const Index f = fiber_of_node[node];
-      const Formulation formulation = equations.groups[mesh.group[f]].formulation;
-      if (formulation != Formulation::torsion_free && equations.fibers[f].formulation != nullptr && error.empty())
-        error = "fiber \"" + mesh.name[f] +
-                "\" has a rigid joint, which goes with torsion_free and fixed fibers alone; use \"type\": \"position\"";
       const bool held = is_held(node, 1);
       if (held && one_is_held) continue;  // one held member says how the joint turns
       one_is_held = one_is_held || held;

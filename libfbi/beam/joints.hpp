@@ -20,7 +20,7 @@ namespace fbi::beam {
 /// as internal forces are. Where two fibers of one section continue each other, a rigid joint demands equal tangents.
 class Joints {
  public:
-  /// Text of what cannot be computed goes to `error`: rigid joints of fibers that do not say how their sections turn.
+  /// Text of what cannot be computed goes to `error`: joints of fibers of other formulations.
   Joints(const FiberEquations& equations, std::string& error);
   ~Joints();
 
