@@ -25,8 +25,9 @@ Json flag() {
   alone["curve"] = shape(0.71, 0, 0.71, 0.5);
   arm["curve"] = shape(1.41, 0.4, 1.61, 0.45);
   thread["curve"] = shape(1.61, 0.45, 1.61, 0.2);
-  json["fibers"] = {thread, alone, arm, post};
-  json["joints"] = {{{"a", "post"}, {"b", "arm"}, {"type", "rigid"}}, {{"a", "arm"}, {"b", "thread"}}};
+  json["fibers"] = Json::array({thread, alone, arm, post});
+  json["joints"] =
+      Json::array({Json{{"a", "post"}, {"b", "arm"}, {"type", "rigid"}}, Json{{"a", "arm"}, {"b", "thread"}}});
   return json;
 }
 

@@ -25,7 +25,9 @@ Json joint(const std::string& a, const std::string& b, const std::string& type, 
   return {{"a", a}, {"at_a", at_a}, {"b", b}, {"at_b", at_b}, {"type", type}};
 }
 
-Json end_force(const Vec3& value) { return {{{"type", "force"}, {"at", "end"}, {"value", point(value)}}}; }
+Json end_force(const Vec3& value) {
+  return Json::array({Json{{"type", "force"}, {"at", "end"}, {"value", point(value)}}});
+}
 
 Json dynamic(double step, double end, double rho_inf = 1.0) {
   return {{"step", step}, {"end", end}, {"beam", {{"rho_inf", rho_inf}, {"tolerance", 1e-12}}}};
@@ -47,10 +49,10 @@ TEST(Joints, HalvesAreOneFiber) {
       Json json;
       const Vec3 foot(0, 0, 0), middle(0.5, 0, 0), tip(1, 0, 0);
       if (halves) {
-        json["fibers"] = {fiber("near", foot, middle, 4, 1e2), fiber("far", middle, tip, 4, 1e2)};
-        json["joints"] = {joint("near", "far", "rigid")};
+        json["fibers"] = Json::array({fiber("near", foot, middle, 4, 1e2), fiber("far", middle, tip, 4, 1e2)});
+        json["joints"] = Json::array({joint("near", "far", "rigid")});
       } else {
-        json["fibers"] = {fiber("all", foot, tip, 8, 1e2)};
+        json["fibers"] = Json::array({fiber("all", foot, tip, 8, 1e2)});
       }
       json["fibers"][0]["clamped"] = "start";
       json["fibers"].back()["loads"] = end_force({10, 150, 60});
@@ -78,12 +80,12 @@ TEST(Joints, HalvesAreOneFiber) {
 TEST(Joints, HalvesThatMeetHeadOn) {
   const auto run = [](bool halves) {
     Json json;
-    json["fibers"] = {fiber("near", {0, 0, 0}, {0.5, 0, 0}, 4, 1e2)};
+    json["fibers"] = Json::array({fiber("near", {0, 0, 0}, {0.5, 0, 0}, 4, 1e2)});
     if (halves)
       json["fibers"].push_back(fiber("far", {1, 0, 0}, {0.5, 0, 0}, 4, 1e2));
     else
       json["fibers"][0] = fiber("all", {0, 0, 0}, {1, 0, 0}, 8, 1e2);
-    if (halves) json["joints"] = {joint("far", "near", "rigid", "end", "end")};
+    if (halves) json["joints"] = Json::array({joint("far", "near", "rigid", "end", "end")});
     json["fibers"][0]["clamped"] = "start";
     Json load = end_force({10, 150, 60});
     if (halves) load[0]["at"] = "start";
@@ -110,10 +112,10 @@ TEST(Joints, DoublePendulumFrequencies) {
     const int steps = 400;  // a quarter of a period has 100: the scheme's error of omega is (omega dt)^2/12
     Json json;
     json["gravity"] = {0, -g, 0};
-    json["fibers"] = {fiber("upper", {0, 0, 0}, hinge, 2),
-                      fiber("lower", hinge, hinge + Vec3(std::sin(second), -std::cos(second), 0), 2)};
+    json["fibers"] = Json::array({fiber("upper", {0, 0, 0}, hinge, 2),
+                                  fiber("lower", hinge, hinge + Vec3(std::sin(second), -std::cos(second), 0), 2)});
     json["fibers"][0]["pinned"] = "start";
-    json["joints"] = {joint("upper", "lower", "position")};
+    json["joints"] = Json::array({joint("upper", "lower", "position")});
     json["time"] = dynamic(period / steps, period);
     CoupledCase test(json);
     double before = hinge[0], time = 0.0, crossing = 0.0, gap = 0.0;
@@ -148,11 +150,12 @@ TEST(Joints, PortalFrame) {
   const double h = 1.0, b = 2.0, column = 100.0, force = 1e-3;
   for (const double beam : {50.0, 800.0}) {
     Json json;
-    json["fibers"] = {fiber("left", {0, 0, 0}, {0, h, 0}, 4, column), fiber("right", {b, 0, 0}, {b, h, 0}, 4, column),
-                      fiber("beam", {0, h, 0}, {b, h, 0}, 4, beam)};
+    json["fibers"] =
+        Json::array({fiber("left", {0, 0, 0}, {0, h, 0}, 4, column), fiber("right", {b, 0, 0}, {b, h, 0}, 4, column),
+                     fiber("beam", {0, h, 0}, {b, h, 0}, 4, beam)});
     for (int side = 0; side < 2; ++side) json["fibers"][side]["clamped"] = "start";
     json["fibers"][0]["loads"] = end_force({force, 0, 0});
-    json["joints"] = {joint("left", "beam", "rigid"), joint("right", "beam", "rigid", "end", "end")};
+    json["joints"] = Json::array({joint("left", "beam", "rigid"), joint("right", "beam", "rigid", "end", "end")});
     json["time"] = statics();
     CoupledCase test(json);
     test.run(1);
@@ -177,11 +180,12 @@ TEST(Joints, PortalFrame) {
 // A hinge at the corner: the columns are cantilevers that share the force.
 TEST(Joints, PortalFrameWithHinges) {
   Json json;
-  json["fibers"] = {fiber("left", {0, 0, 0}, {0, 1, 0}, 2, 100), fiber("right", {2, 0, 0}, {2, 1, 0}, 2, 100),
-                    fiber("beam", {0, 1, 0}, {2, 1, 0}, 2, 50)};
+  json["fibers"] =
+      Json::array({fiber("left", {0, 0, 0}, {0, 1, 0}, 2, 100), fiber("right", {2, 0, 0}, {2, 1, 0}, 2, 100),
+                   fiber("beam", {0, 1, 0}, {2, 1, 0}, 2, 50)});
   for (int side = 0; side < 2; ++side) json["fibers"][side]["clamped"] = "start";
   json["fibers"][0]["loads"] = end_force({1e-3, 0, 0});
-  json["joints"] = {{{"touching", 1e-6}}};
+  json["joints"] = Json::array({Json{{"touching", 1e-6}}});
   json["time"] = statics();
   CoupledCase test(json);
   test.run(1);
@@ -194,11 +198,13 @@ TEST(Joints, PortalFrameWithHinges) {
 TEST(Joints, FreeElbowKeepsMomentumAndAngle) {
   for (const double rho_inf : {1.0, 0.8}) {
     Json json;
-    json["fibers"] = {fiber("first", {0, 0, 0}, {1, 0, 0}, 4, 1e2), fiber("second", {1, 0, 0}, {1.4, 0.6, 0.3}, 4, 1e2),
-                      fiber("third", {1, 0, 0}, {1, 0, -1}, 3, 1e2)};
+    json["fibers"] =
+        Json::array({fiber("first", {0, 0, 0}, {1, 0, 0}, 4, 1e2), fiber("second", {1, 0, 0}, {1.4, 0.6, 0.3}, 4, 1e2),
+                     fiber("third", {1, 0, 0}, {1, 0, -1}, 3, 1e2)});
     const Vec3 force(0.0, 30.0, -50.0);
     json["fibers"][1]["loads"] = end_force(force);
-    json["joints"] = {joint("first", "second", "rigid"), joint("second", "third", "rigid", "start", "start")};
+    json["joints"] =
+        Json::array({joint("first", "second", "rigid"), joint("second", "third", "rigid", "start", "start")});
     json["time"] = dynamic(2e-3, 1.0, rho_inf);
     CoupledCase test(json);
     double momentum = 0.0, angle = 0.0, energy = 0.0, largest = 0.0;
@@ -237,11 +243,12 @@ TEST(Joints, FreeElbowKeepsMomentumAndAngle) {
 // The parts of a net are joined where nodes meet, each place once.
 TEST(Joints, NetOfTouchingFibers) {
   Json json;
-  json["fibers"] = {fiber("warp", {0, 0, 0}, {3, 0, 0}, 3, 1e2), fiber("weft", {0, 0, 0}, {0, 3, 0}, 3, 1e2)};
+  json["fibers"] =
+      Json::array({fiber("warp", {0, 0, 0}, {3, 0, 0}, 3, 1e2), fiber("weft", {0, 0, 0}, {0, 3, 0}, 3, 1e2)});
   json["fibers"][0]["array"] = {{"counts", {1, 4, 1}}, {"spacing", {0, 1, 0}}};
   json["fibers"][1]["array"] = {{"counts", {4, 1, 1}}, {"spacing", {1, 0, 0}}};
   json["fibers"][0]["clamped"] = "both";
-  json["joints"] = {{{"touching", 1e-6}, {"type", "rigid"}}};
+  json["joints"] = Json::array({Json{{"touching", 1e-6}, {"type", "rigid"}}});
   json["gravity"] = {0, 0, -1};
   json["time"] = statics();
   CoupledCase test(json);
