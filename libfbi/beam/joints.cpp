@@ -1,5 +1,6 @@
 #include "beam/joints.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>

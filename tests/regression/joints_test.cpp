@@ -166,7 +166,7 @@ TEST(Joints, PortalFrame) {
     EXPECT_NEAR(sway / exact, 1.0, 1e-4);
     EXPECT_NEAR(test.tip(1)[0] / exact, 1.0, 1e-4);
     const Vec3 reaction = test.total(test.beams().reactions({}));
-    EXPECT_NEAR(reaction[0] / force, -1.0, 1e-8);
+    EXPECT_NEAR(reaction[0] / force, -1.0, 1e-6);  // round-off of EA = 1e8 against a force of 1e-3
     record({.section = "Fibers: statics",
             .id = "",
             .check = log::format("portal frame with rigid joints, EI of beam/column %g: sway", beam / column),
