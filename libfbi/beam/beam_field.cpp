@@ -90,7 +90,7 @@ void BeamField::begin_step(double time, double dt) {
   b.level = Level();
   b.level.time = time;
   const bool dynamic = b.parameters.scheme != TimeScheme::static_;
-  if (dynamic && b.at_start) b.start_moving_supports(dt);
+  if (dynamic && b.at_start && time < 1.5 * dt) b.start_moving_supports(dt);  // not after a restart
   b.evaluated = false;
   b.dofs = b.dofs_n;
   b.velocity = b.velocity_n;

@@ -88,6 +88,25 @@ TEST(Restart, linearized_is_bitwise) {
   json["solver"]["nonlinear"] = "linearized";
   check_bitwise(json);
 }
+TEST(Restart, midpoint_scheme_with_a_moved_clamp_and_a_follower_load_is_bitwise) {
+  Json json = fast("monolithic");
+  json["time"]["beam"] = {{"scheme", "midpoint"}};
+  json["fibers"][0].erase("clamped");
+  json["fibers"][0]["supports"] = {{{"at", "start"},
+                                    {"type", "clamped"},
+                                    {"motion", {"0.01*sin(200*t)^2", 0, 0}},
+                                    {"direction", {"0.1*sin(200*t)", 1, 0}}}};
+  json["fibers"][0]["loads"] = {{{"type", "force"}, {"value", {1e-3, 0, 0}}, {"follower", true}}};
+  check_bitwise(json);
+}
+TEST(Restart, rigid_fiber_is_bitwise) {
+  Json json = fast("monolithic");
+  json["fibers"][0].erase("clamped");
+  json["fibers"][0]["material"].erase("young");
+  json["fibers"][0]["formulation"] = "rigid";
+  json["fibers"][0]["pinned"] = "start";
+  check_bitwise(json);
+}
 TEST(Restart, iterated_geometry_on_a_general_mesh_is_bitwise) {
   Json json = fast("monolithic");
   json["coupling"]["geometry_update"] = "iterated";
