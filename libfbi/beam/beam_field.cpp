@@ -28,9 +28,24 @@ std::string check_straight(const mesh::FiberMesh& fibers, const std::vector<Fibe
       if ((x2 - x1 - length * g1).norm() > 1e-6 * length || (g2 - g1).norm() > 1e-6)
         return log::format(
             "fiber \"%s\" is curved between its nodes %d and %d: the formulation torsion_free needs "
-            "initially straight fibers",
+            "initially straight fibers; use \"formulation\": \"simo_reissner\", which may be curved at rest",
             fibers.name[f].c_str(), node - fibers.first_node[f], node - fibers.first_node[f] + 1);
     }
+  }
+  return {};
+}
+
+// Text of the first fiber that begins along the axis that its section should have across it, or empty.
+std::string check_direction(const mesh::FiberMesh& fibers, const std::vector<FiberParameters>& groups) {
+  for (Index f = 0; f < fibers.fibers(); ++f) {
+    const FiberParameters& group = groups[fibers.group[f]];
+    const Vec3& direction = group.section.direction;
+    if (group.formulation != Formulation::simo_reissner || direction.norm() == 0.0) continue;
+    const Vec3 tangent(&fibers.tangent[3 * static_cast<std::size_t>(fibers.first_node[f])]);
+    if (direction.normalized().cross(tangent.normalized()).norm() < 1e-6)
+      return log::format(
+          "fiber \"%s\" starts along its section.direction; give a direction across it: it is axis 2 of the section",
+          fibers.name[f].c_str());
   }
   return {};
 }
@@ -52,6 +67,7 @@ struct BeamField::Implementation : FiberEquations {
 BeamField::BeamField(const mesh::FiberMesh& fibers, const std::vector<FiberParameters>& groups,
                      const BeamTimeParameters& time, const Vec3& gravity) {
   agree_on_error(fibers.comm, ExitCode::geometry, check_straight(fibers, groups));
+  agree_on_error(fibers.comm, ExitCode::geometry, check_direction(fibers, groups));
   implementation_ = std::make_unique<Implementation>(fibers, groups, time, gravity);
   std::string error;
   if (!fibers.joined.empty()) implementation_->joints = std::make_unique<Joints>(*implementation_, error);
@@ -67,6 +83,7 @@ void BeamField::initialize(const std::vector<double>& force) {
   Implementation& b = *implementation_;
   b.at_start = true;
   b.level = Level();
+  if (b.triads != nullptr) b.triads->begin_step();
   b.set_initial_velocity();
   for (Index f = 0; f < b.mesh.fibers(); ++f)
     if (b.fibers[f].prescribed) b.begin_step(f);
@@ -95,6 +112,7 @@ void BeamField::begin_step(double time, double dt) {
   b.dofs = b.dofs_n;
   b.velocity = b.velocity_n;
   b.acceleration = b.acceleration_n;
+  if (b.triads != nullptr) b.triads->begin_step();
   b.loads.evaluate(time, dynamic ? 1.0 : time, b.load_values);
   if (b.joints != nullptr) b.joints->begin_step(b);
   b.level.dynamic = dynamic;
@@ -132,7 +150,10 @@ void BeamField::linearize() {
     b.joints->add_springs(b, g);
   }
   for (Index f = 0; f < b.mesh.fibers(); ++f)
-    if (!is_fixed(f)) b.factorize(f);
+    if (!is_fixed(f)) {
+      b.factorize(f);
+      b.condense(f);
+    }
   b.joints_singular = false;
   for (Index g = 0; b.joints != nullptr && g < b.joints->groups(); ++g)
     if (!b.joints->factorize(b, g)) b.joints_singular = true;
@@ -144,6 +165,14 @@ double BeamField::force_scale() const {
   double largest = 0.0;
   for (const double scale : implementation_->scale) largest = std::fmax(largest, scale);
   return largest;
+}
+
+double BeamField::squared_moment_residual() const {
+  const Implementation& b = *implementation_;
+  double sum = 0.0;
+  for (Index f = 0; f < b.mesh.fibers(); ++f)
+    if (b.has_triads(f)) sum += b.triads->squared_residual(b, f);
+  return sum;
 }
 
 double BeamField::round_off() const {
@@ -220,8 +249,20 @@ void BeamField::compliance(Index fiber, const double* d, Index rows, RowMatrix& 
 void BeamField::increment(const std::vector<double>& delta) {
   Implementation& b = *implementation_;
   b.evaluated = false;
-  for (const Fiber& fiber : b.fibers)
-    if (fiber.formulation != nullptr) b.add_increment(fiber, &delta[fiber.first_dof()], 1.0);
+  for (Index f = 0; f < b.mesh.fibers(); ++f) {
+    const Fiber& fiber = b.fibers[f];
+    if (fiber.formulation == nullptr) continue;
+    if (b.has_triads(f)) {
+      if (!b.triads->is_condensed(f)) {
+        b.evaluate(f, true);
+        b.factorize(f);
+        b.condense(f);
+      }
+      const std::vector<double> turns = b.triads->turns(b, f, &delta[fiber.first_dof()]);
+      b.triads->add_turns(b, f, turns.data(), 1.0);
+    }
+    b.add_increment(fiber, &delta[fiber.first_dof()], 1.0);
+  }
   for (Index g = 0; b.joints != nullptr && g < b.joints->groups(); ++g) b.joints->advance(g, 1.0);
 }
 
@@ -261,6 +302,7 @@ void BeamField::accept_step() {
   b.acceleration_n = b.acceleration;
   b.internal_n = b.internal;
   b.external_n = b.external;
+  if (b.triads != nullptr) b.triads->accept_step();
 }
 
 const std::vector<double>& BeamField::dofs() const { return implementation_->dofs; }
@@ -313,15 +355,20 @@ Energy BeamField::energy() const {
   const Implementation& b = *implementation_;
   Energy energy;
   ElementMatrix mass;
-  for (const Fiber& fiber : b.fibers) {
+  for (Index f = 0; f < b.mesh.fibers(); ++f) {
+    const Fiber& fiber = b.fibers[f];
     if (fiber.formulation == nullptr) continue;
-    const Index f = static_cast<Index>(&fiber - b.fibers.data());
     if (b.is_rigid(f)) energy.kinetic += b.rigid[f].kinetic_energy(b.rigid_state(f));
+    if (b.has_triads(f)) {
+      energy.internal += b.triads->internal_energy(b, f);
+      energy.kinetic += b.triads->rotary_energy(b, f);
+      energy.external_work += b.triads->moment_work(b, f);
+    }
     ElementProperties element = fiber.section;
     for (Index e = 0; e + 1 < fiber.nodes && !b.is_rigid(f); ++e) {
       element.length = b.element_length(fiber)[e];
       const std::size_t dof = fiber.first_dof() + 6 * static_cast<std::size_t>(e);
-      energy.internal += fiber.formulation->energy(element, &b.dofs_n[dof]);
+      if (!b.has_triads(f)) energy.internal += fiber.formulation->energy(element, &b.dofs_n[dof]);
       fiber.formulation->mass(element, mass.data());
       const Eigen::Map<const ElementVector> v(&b.velocity_n[dof]);
       energy.kinetic += 0.5 * v.dot(mass * v);
@@ -367,6 +414,14 @@ std::vector<std::pair<std::string, std::vector<double>*>> BeamField::state() {
                                                                     {"external_work", &b.work_n}};
   if (!b.pose_n.empty()) list.insert(list.end(), {{"rigid_pose", &b.pose_n}, {"rigid_motion", &b.motion_n}});
   if (!b.frames.last.empty()) list.push_back({"load_frame", &b.frames.last});
+  if (b.triads != nullptr) {
+    list.insert(list.end(), {{"rotation", &b.triads->rotation_n},
+                             {"spin", &b.triads->spin_n},
+                             {"spin_rate", &b.triads->spin_rate_n},
+                             {"moment", &b.triads->moment_n},
+                             {"external_moment", &b.triads->external_n},
+                             {"moment_work", &b.triads->work_n}});
+  }
   return list;
 }
 

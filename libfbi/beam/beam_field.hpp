@@ -45,7 +45,12 @@ class BeamField {
   /// Evaluates residual G_b (without any coupling force, internal - external + inertia, at the generalised-alpha level)
   /// and factorises K_b of every fiber at the current iterate. Constrained rows of G_b are zero.
   void linearize();
+  /// Fibers with triads: G_b is what remains after the triads are eliminated, so that K_b^-1 G_b is the center-line
+  /// part of the increment of all unknowns.
   const std::vector<double>& residual() const;
+  /// Sum over this rank of the squared residuals of the triads' equations, moments divided by the element length: what
+  /// the elimination takes out of G_b. Zero without triads.
+  double squared_moment_residual() const;
   /// Largest single force entering the residual (internal, inertial, external), for relative tests.
   double force_scale() const;
   /// Size of the force that round-off leaves in the residual of the worst fiber: what no iteration can undercut
@@ -67,8 +72,9 @@ class BeamField {
   /// block = D K_b^-1 D^T, shape=(3*rows,3*rows), multiplier entries ordered (row, direction). `d` is row-major
   /// shape=(rows, 2*nodes): d_1, t_1, d_2, ..., the same for each direction.
   void compliance(Index fiber, const double* d, Index rows, RowMatrix& block) const;
-  /// Adds an increment to the iterate and updates end velocity and acceleration with it; joints go along by what the
-  /// last solve() of all fibers found.
+  /// Adds an increment to the iterate and updates end velocity and acceleration with it. Joints go along by what the
+  /// last solve() of all fibers found, triads turn by what the last linearisation at this iterate says, which is made if
+  /// there is none.
   void increment(const std::vector<double>& delta);
 
   /// Newton per fiber with the coupling force entering the residual as -force (already weighted w f_{n+1} + (1-w) f_n),

@@ -91,7 +91,7 @@ FiberEquations::FiberEquations(const mesh::FiberMesh& fiber_mesh, const std::vec
     any_motion = any_motion || fiber.moving_supports;
     fiber.mass_damping = group.damping.mass;
     fiber.stiffness_damping = group.damping.stiffness;
-    if (group.formulation != Formulation::rigid) band_total += band_size(fiber.dofs());
+    if (group.formulation == Formulation::torsion_free) band_total += band_size(fiber.dofs());
   }
   const std::size_t size = 6 * static_cast<std::size_t>(mesh.nodes());
   for (NodalField* field : {&velocity_n, &acceleration_n, &internal_n, &external_n, &work_n, &velocity, &acceleration,
@@ -122,6 +122,9 @@ FiberEquations::FiberEquations(const mesh::FiberMesh& fiber_mesh, const std::vec
       rigid[f].store(rigid[f].last, &pose_n[first], &motion_n[first]);
     }
   }
+  if (std::any_of(groups.begin(), groups.end(),
+                  [](const FiberParameters& group) { return group.formulation == Formulation::simo_reissner; }))
+    triads = std::make_unique<TriadField>(*this);
   scale.assign(fibers.size(), 0.0);
   round_off.assign(fibers.size(), 0.0);
   singular.assign(fibers.size(), 0);
@@ -134,6 +137,7 @@ FiberEquations::FiberEquations(const mesh::FiberMesh& fiber_mesh, const std::vec
 // request.
 void FiberEquations::evaluate(Index f, bool with_tangent) {
   if (is_rigid(f)) return evaluate_rigid(f, with_tangent);
+  if (has_triads(f)) return triads->evaluate(*this, f, with_tangent);
   const Fiber& fiber = fibers[f];
   const std::size_t first = fiber.first_dof(), size = static_cast<std::size_t>(fiber.dofs());
   std::fill_n(&internal[first], size, 0.0);
@@ -231,6 +235,7 @@ void FiberEquations::evaluate_all(bool with_tangent) {
 }
 
 void FiberEquations::assemble_mass(Index f) {
+  if (has_triads(f)) return triads->assemble_mass(*this, f);
   const Fiber& fiber = fibers[f];
   std::fill_n(&band[fiber.band], band_size(fiber.dofs()), 0.0);
   ElementMatrix mass;
@@ -243,6 +248,7 @@ void FiberEquations::assemble_mass(Index f) {
 }
 
 bool FiberEquations::factorize(Index f) {
+  if (has_triads(f)) return triads->factorize(*this, f);
   const Fiber& fiber = fibers[f];
   if (is_rigid(f)) {
     singular[f] = !rigid[f].factorize();
@@ -252,7 +258,12 @@ bool FiberEquations::factorize(Index f) {
   return !singular[f];
 }
 
+void FiberEquations::condense(Index f) {
+  if (has_triads(f)) triads->condense(*this, f);
+}
+
 void FiberEquations::solve(Index f, double* b, Index columns) const {
+  if (has_triads(f)) return triads->solve(*this, f, b, columns);
   const Fiber& fiber = fibers[f];
   if (singular[f]) {
     std::fill_n(b, static_cast<std::size_t>(fiber.dofs()) * columns, std::numeric_limits<double>::quiet_NaN());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "beam/parameters.hpp"
 #include "beam/rigid_fiber.hpp"
 #include "beam/supports.hpp"
+#include "beam/triad_field.hpp"
 #include "mesh/fiber_mesh.hpp"
 
 namespace fbi::beam {
@@ -80,6 +82,7 @@ struct FiberEquations {
   std::vector<double> band;              // matrices K_b or their factors, one fiber after the other
   std::vector<Index> pivot;
   std::vector<char> singular;
+  std::unique_ptr<TriadField> triads;  // rotations of simo_reissner fibers; null when no group has them
 
   FiberEquations(const mesh::FiberMesh& fiber_mesh, const std::vector<FiberParameters>& fiber_groups,
                  const BeamTimeParameters& time, const Vec3& gravity);
@@ -87,6 +90,7 @@ struct FiberEquations {
   const double* element_length(const Fiber& fiber) const { return &mesh.element_length[fiber.first_element]; }
   bool is_rigid(Index f) const { return !rigid.empty() && rigid[f].active; }
   double shortest_element(const Fiber& fiber) const;
+  bool has_triads(Index f) const { return triads != nullptr && triads->has(f); }
 
   /// Internal, inertial and external forces of one fiber and from them `full` and `residual`; K_b in the band on
   /// request.
@@ -123,9 +127,11 @@ struct FiberEquations {
   void solve(Index f, double* b, Index columns) const;
   /// Velocity and acceleration that belong to the iterate.
   void update_rates(const Fiber& fiber);
+  /// Makes the residual and the solves of linearised fibers those of the center line alone.
+  void condense(Index f);
   /// Removes what supports hold, and for rigid fibers what rigidity carries, from nodal forces of shape=(dofs).
   void project(Index f, double* force) const;
-  /// Adds factor * delta, shape=(dofs), to the iterate.
+  /// Adds factor * delta, shape=(dofs), to the iterate, without triads.
   void add_increment(const Fiber& fiber, const double* delta, double factor);
 
  private:

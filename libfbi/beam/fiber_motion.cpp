@@ -87,6 +87,7 @@ void FiberEquations::set_initial_velocity() {
       rigid[f].store(rigid[f].last, &pose_n[first], &motion_n[first]);
     } else {
       fiber.project_increment(&velocity_n[first]);
+      if (has_triads(f)) triads->set_initial_spin(*this, f);
     }
   }
   velocity = velocity_n;
@@ -195,6 +196,7 @@ void FiberEquations::balance_at_start(Index f, const double* force) {
   for (std::size_t i = 0; i < size; ++i) acceleration_n[first + i] = given[i] + b[i];
   std::copy_n(&internal[first], size, &internal_n[first]);
   std::copy_n(&external[first], size, &external_n[first]);
+  if (has_triads(f)) triads->initialize(*this, f);
 }
 
 // Positions, tangents and their rates at t_{n+1}: the formulas and their derivatives along the fiber and in time.

@@ -27,8 +27,8 @@ const ElementFormulation* element_formulation(Formulation formulation) {
   static const TorsionFree torsion_free;
   switch (formulation) {
     case Formulation::torsion_free:
-    case Formulation::simo_reissner:
-    case Formulation::rigid:  // only its mass is used
+    case Formulation::simo_reissner:  // its center line has the same mass; strains need the triads: TriadField
+    case Formulation::rigid:          // only its mass is used
       return &torsion_free;
     case Formulation::prescribed:
     case Formulation::fixed:

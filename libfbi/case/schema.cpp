@@ -19,6 +19,8 @@ using namespace input;
 
 namespace {
 
+bool can_turn(beam::EndCondition end) { return end == beam::EndCondition::free || end == beam::EndCondition::pinned; }
+
 bool is_moving(const FiberGroup& group) { return group.physics.formulation != beam::Formulation::fixed; }
 bool has_equations(const FiberGroup& group) {
   return is_moving(group) && group.physics.formulation != beam::Formulation::prescribed;
@@ -155,6 +157,12 @@ void check_time(Visitor& v, CaseParameters& p) {
                fiber.supports.empty() && has_equations(p.fibers[i])) {
       v.error("fibers[" + std::to_string(i) + "]",
               "a free fiber has no static equilibrium; add for example \"clamped\": \"start\"");
+    } else if (fiber.formulation == beam::Formulation::simo_reissner && can_turn(fiber.start) && can_turn(fiber.end) &&
+               std::all_of(fiber.supports.begin(), fiber.supports.end(),
+                           [](const beam::Support& support) { return can_turn(support.type); })) {
+      v.error("fibers[" + std::to_string(i) + "]",
+              "a fiber with torsion that is pinned or free at both ends can turn about its axis: it has no static "
+              "equilibrium; use for example \"clamped\": \"start\"");
     }
   }
 }

@@ -268,6 +268,8 @@ void describe_fiber_group(Visitor& v, FiberGroup& p) {
   v.choice<beam::Formulation>(
       field("formulation", "how the fiber moves"), physics.formulation,
       {{beam::Formulation::torsion_free, "torsion_free", "geometrically exact Kirchhoff beam without torsion"},
+       {beam::Formulation::simo_reissner, "simo_reissner",
+        "geometrically exact beam with shear, torsion and rotary inertia; may be curved at rest"},
        {beam::Formulation::rigid, "rigid", "moves as one body"},
        {beam::Formulation::prescribed, "prescribed", "moves as motion says; needs neither section nor material"},
        {beam::Formulation::fixed, "fixed", "does not move; needs neither section nor material"}});
@@ -318,10 +320,19 @@ void describe_fiber_group(Visitor& v, FiberGroup& p) {
                     (physics.end != beam::EndCondition::free ? 1 : 0) >
                 1))
     v.error("formulation", "a rigid fiber takes one support at most; remove the others, or use torsion_free");
+  for (std::size_t i = 0; with_torsion && i < physics.supports.size(); ++i)
+    if (physics.supports[i].direction)
+      v.error("supports[" + std::to_string(i) + "].direction",
+              "not for formulation simo_reissner, whose clamps hold the section as it is; remove it");
   for (std::size_t i = 0; rigid && i < physics.supports.size(); ++i)
     if (physics.supports[i].direction)
       v.error("supports[" + std::to_string(i) + "].direction",
               "a rigid fiber cannot be turned by its support; use \"formulation\": \"prescribed\"");
+  if (!v.failed("formulation") && physics.formulation == beam::Formulation::torsion_free &&
+      p.curve.type == mesh::CurveType::arc && !v.failed("curve")) {
+    v.error(v.given("formulation") ? "formulation" : "curve",
+            "torsion_free needs a fiber that is straight at rest; set \"formulation\": \"simo_reissner\"");
+  }
   if (!v.failed("formulation") && moves) {
     if (!v.given("section"))
       v.missing("section", "missing key \"section\"; add for example \"section\": { \"radius\": 0.01 }");

@@ -179,7 +179,8 @@ StepReport solve_monolithic(System& system) {
     double fiber_norm = 0.0;
     if (moving) {
       force = system.fiber_force(lambda);
-      fiber_norm = norm(system.comm(), fiber_residual(system, force));
+      fiber_norm = std::hypot(norm(system.comm(), fiber_residual(system, force)),
+                              std::sqrt(system.comm().sum(system.beams().squared_moment_residual())));
       if (system.has_joints())
         fiber_norm = std::hypot(fiber_norm, std::sqrt(system.comm().sum(system.beams().squared_joint_residual())));
     }

@@ -71,6 +71,12 @@ void check_bitwise(const Json& json) {
 }
 
 TEST(Restart, monolithic_is_bitwise) { check_bitwise(fast("monolithic")); }
+TEST(Restart, triads_are_bitwise) {
+  Json json = fast("monolithic");
+  json["fibers"][0]["formulation"] = "simo_reissner";
+  json["fibers"][0]["material"]["poisson"] = 0.3;
+  check_bitwise(json);
+}
 TEST(Restart, aitken_is_bitwise) { check_bitwise(fast("aitken")); }
 TEST(Restart, trapezoidal_rule_is_bitwise) {
   Json json = fast("monolithic");
