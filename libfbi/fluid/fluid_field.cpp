@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "base/log.hpp"
 #include "base/timer.hpp"
 #include "fem/hex8.hpp"
 #include "fluid/boundary_conditions.hpp"
 #include "fluid/divergence_free.hpp"
+#include "fluid/face_points.hpp"
 #include "fluid/ghosted.hpp"
 #include "fluid/node_matrix.hpp"
 #include "fluid/operator.hpp"
@@ -524,6 +526,27 @@ void FluidField::set_normal(const double* from, double* to, Index nodes) const {
 }
 const std::vector<char>& FluidField::is_dirichlet() const { return implementation_->boundaries.is_dirichlet(); }
 bool FluidField::pressure_is_free() const { return implementation_->pressure_is_free; }
+std::array<double, 2> FluidField::boundary_flow() const {
+  const Implementation& f = *implementation_;
+  std::array<double, 2> flow = {0.0, 0.0};
+  std::set<std::pair<Index, Index>> done;
+  LocalArray u(f.iterate);
+  for (const Boundaries::ConditionedFace& conditioned : f.boundaries.faces()) {
+    if (!done.emplace(conditioned.face.cell, conditioned.face.face).second) continue;
+    const FacePoints at = face_points(f.mesh, conditioned.face);
+    for (int a = 0; a < 4; ++a) {
+      const std::size_t node = face_node(f.mesh, conditioned.face, a);
+      const Eigen::Map<const Vec3> velocity(u.data() + 4 * node);
+      const Vec3 area = at.area_vector(a);
+      flow[0] += velocity.dot(area);
+      if (f.boundaries.is_dirichlet()[4 * node] && f.boundaries.is_dirichlet()[4 * node + 1] &&
+          f.boundaries.is_dirichlet()[4 * node + 2])
+        flow[1] += velocity.norm() * area.norm();
+    }
+  }
+  f.mesh.comm.sum(flow.data(), 2);
+  return flow;
+}
 const std::vector<double>& FluidField::lumped_volume() const { return implementation_->lumped_volume; }
 const std::vector<double>& FluidField::tau_m() const { return implementation_->cells.tau_pressure(); }
 double FluidField::tau_c(Index cell) const { return implementation_->cells.tau_divergence(cell); }

@@ -1,5 +1,6 @@
 /// The momentum budget of SPEC section 6: what fluid and fibers gain is what boundaries and supports give.
 #include "beam/generalized_alpha.hpp"
+#include "case/force_outputs.hpp"
 #include "record.hpp"
 #include "regression/case_fixture.hpp"
 
@@ -222,6 +223,49 @@ TEST(Momentum, bdf2) {
           .source = "identity",
           .reference = 0,
           .ours = budget.total,
+          .bar = "1e-8"});
+}
+
+// A fiber clamped at a floor that holds the fluid: its force enters the balance of floor nodes too. Forces on all faces
+// and on the fiber are what the fluid loses.
+TEST(Momentum, forces_on_faces_and_fiber) {
+  Json json = small_beam(R"({ "time": { "step": 1e-3, "end": 0.02 },
+                              "channel": { "boundaries": { "ymin": { "type": "no_slip" } } } })");
+  set_inflow(json, 20.0, 0.01);
+  tighten(json, 1e-11, 1e-6);
+  json["output"]["forces"] = parse_json(R"([
+    { "name": "floor", "faces": ["ymin"] },
+    { "name": "others", "faces": ["xmin", "xmax", "ymax", "zmin", "zmax"] },
+    { "name": "all", "faces": ["xmin", "xmax", "ymin", "ymax", "zmin", "zmax"] } ])");
+  CoupledCase run(json);
+  const cases::ForceOutputs outputs(run.setup.parameters.output.forces, &run.fluid());
+  const double density = run.fluid().parameters().density, dt = run.setup.dt;
+  double budget = 0.0, sum = 0.0, fiber_share = 0.0;
+  for (int step = 0; step < 20; ++step) {
+    ASSERT_TRUE(run.solve().converged);
+    const FluidIntegrals now = integrate(*run.setup.fluid_mesh, run.fluid().iterate(), density);
+    const FluidIntegrals before = integrate(*run.setup.fluid_mesh, run.fluid().accepted(), density);
+    run.accept();
+    const std::vector<double> values = outputs.values(run.system());
+    ASSERT_EQ(values.size(), 9U);
+    const Vec3 floor(values.data()), others(&values[3]), all(&values[6]), drag = run.drag();
+    const linalg::VecHandle spread = run.fluid().create_vector();
+    run.system().solver().add_spread(run.system().lambda_old(), spread, true);
+    const double scale = std::max({floor.norm(), others.norm(), drag.norm()});
+    budget = std::max(budget, ((now.momentum - before.momentum) / dt + now.convection + all + drag).norm() / scale);
+    sum = std::max(sum, (floor + others - all).norm() / scale);
+    fiber_share = std::max(fiber_share, sum_rows(run, spread, true).norm() / scale);
+  }
+  report("forces: budget error", budget);
+  report("forces: largest force of the fiber in rows of given velocity", fiber_share);
+  EXPECT_LE(budget, 1e-8);
+  EXPECT_LE(sum, 1e-12);
+  EXPECT_GT(fiber_share, 1e-4);  // the balance would miss it
+  record({.section = "Coupling",
+          .id = "",
+          .check = "forces on all faces and on a fiber clamped at one of them = loss of momentum of the fluid",
+          .source = "identity",
+          .error = budget,
           .bar = "1e-8"});
 }
 

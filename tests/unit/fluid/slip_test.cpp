@@ -294,5 +294,33 @@ TEST(Slip, TurnedChannelFlowsLikeTheStraightOne) {
   }
 }
 
+// A fluid without an open face: given velocities that do not balance are an error, not a hidden source.
+TEST(Slip, ClosedFluidNeedsBalancedVelocities) {
+  linalg::initialize_petsc();
+  const mesh::HexMesh mesh =
+      box_mesh(Comm(MPI_COMM_WORLD), {uniform(0, 2, 4), uniform(0, 1, 3), uniform(0, 1, 3)}, true);
+  for (const char* out : {"0.5", "1"}) {
+    BoundaryConditions all;
+    for (const std::string& face : box_faces) all[face] = of_type(BoundaryType::slip);
+    all["xmin"] = velocity(expressions("1", "0", "0"));
+    all["xmax"] = velocity(expressions(out, "0", "0"));
+    FluidField field(mesh, {}, all, implicit_euler);
+    field.initialize();
+    fsi::System system(&field, nullptr, nullptr, {}, {}, {});
+    if (std::string(out) == "1") {
+      system.begin_step(0.1, 0.1);
+      EXPECT_TRUE(fsi::solve_monolithic(system).converged);
+      continue;
+    }
+    try {
+      system.begin_step(0.1, 0.1);
+      ADD_FAILURE() << "no error";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ExitCode::usage);
+      EXPECT_NE(std::string(error.what()).find("net flow of -0.5 out of a fluid"), std::string::npos) << error.what();
+    }
+  }
+}
+
 }  // namespace
 }  // namespace fbi::fluid::test
