@@ -111,8 +111,7 @@ bool Recorder::after_step(const fsi::StepClock& clock, const fsi::StepReport& re
   const bool late = options_.max_walltime > 0.0 && elapsed > 60.0 * options_.max_walltime;
   const bool by_clock =
       parameters.checkpoint_minutes > 0.0 && elapsed - saved_at_ > 60.0 * parameters.checkpoint_minutes;
-  if (end || signal != 0 || late || by_clock ||
-      (parameters.checkpoint > 0 && clock.step % parameters.checkpoint == 0))
+  if (end || signal != 0 || late || by_clock || (parameters.checkpoint > 0 && clock.step % parameters.checkpoint == 0))
     save(clock);
   if (settled_)
     log::info("steady after step %lld: the velocity changes by %.3g of itself a unit of time",

@@ -63,7 +63,7 @@ class Recorder {
   Progress progress_;
   fsi::StepClock clock_;  // of the last step recorded
   bool settled_ = false;
-  bool sound_ = true;     // the accepted state is that of clock_
+  bool sound_ = true;  // the accepted state is that of clock_
   GlobalIndex written_, saved_;
   double saved_at_ = 0.0;  // [s]
   long lines_ = 0;

@@ -175,11 +175,13 @@ void check_nonlinear(Visitor& v, const CaseParameters& p) {
     v.error("solver.nonlinear", "linearized needs earlier steps, steady flow has none; use \"newton\" or \"picard\"");
   if (linearized && p.scheme.scheme == fsi::Scheme::monolithic &&
       p.scheme.geometry_update == fsi::GeometryUpdate::iterated)
-    v.error("solver.nonlinear",
-            "linearized solves once a step, so that \"iterated\" geometry has nothing to follow; use \"geometry_update\": "
-            "\"lagged\" in \"coupling\", or \"newton\"");
+    v.error(
+        "solver.nonlinear",
+        "linearized solves once a step, so that \"iterated\" geometry has nothing to follow; use \"geometry_update\": "
+        "\"lagged\" in \"coupling\", or \"newton\"");
   if (linearized && p.fluid && p.fluid->tau_update == fluid::TauUpdate::iteration)
-    v.error("solver.nonlinear", "linearized has no iterates that \"tau_update\": \"iteration\" could follow; use \"step\"");
+    v.error("solver.nonlinear",
+            "linearized has no iterates that \"tau_update\": \"iteration\" could follow; use \"step\"");
   if (p.time.steady_tolerance > 0.0 && (steady || !v.given("fluid")))
     v.error("time.steady_tolerance", steady ? "steady flow has no rate of change; remove it, or use another scheme"
                                             : "needs a fluid; remove it");

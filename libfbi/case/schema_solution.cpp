@@ -62,7 +62,8 @@ void describe_solver(Visitor& v, fsi::SolverParameters& p) {
            between(0.0, 1.0));
   v.number(field("newton_absolute_tolerance", "residual, root mean square of all unknowns"),
            p.newton_absolute_tolerance, at_least(0.0));
-  v.integer(field("newton_iterations", "most nonlinear iterations of a step; steady flow: ten times as many"), p.newton_iterations, at_least(1));
+  v.integer(field("newton_iterations", "most nonlinear iterations of a step; steady flow: ten times as many"),
+            p.newton_iterations, at_least(1));
   v.number(field("krylov_tolerance", "residual of a linear solve, relative"), p.krylov_tolerance,
            Range{.min = 0.0, .max = 1.0, .without_min = true});
   v.integer(field("krylov_iterations", "most iterations of a linear solve"), p.krylov_iterations, at_least(1));
@@ -71,10 +72,11 @@ void describe_solver(Visitor& v, fsi::SolverParameters& p) {
 namespace {
 
 void describe_fluid_time(Visitor& v, fluid::FluidTimeParameters& p) {
-  v.choice<fluid::TimeScheme>(field("scheme", "time integration of the fluid"), p.scheme,
-                              {{fluid::TimeScheme::one_step_theta, "one_step_theta", "trapezoidal family"},
-                               {fluid::TimeScheme::bdf2, "bdf2", "second order, damps what is fast; starts by theta = 1"},
-                               {fluid::TimeScheme::steady, "steady", "no time derivative; fibers must be fixed"}});
+  v.choice<fluid::TimeScheme>(
+      field("scheme", "time integration of the fluid"), p.scheme,
+      {{fluid::TimeScheme::one_step_theta, "one_step_theta", "trapezoidal family"},
+       {fluid::TimeScheme::bdf2, "bdf2", "second order, damps what is fast; starts by theta = 1"},
+       {fluid::TimeScheme::steady, "steady", "no time derivative; fibers must be fixed"}});
   v.number(field("theta", "1 = implicit Euler, 0.5 = trapezoidal rule")
                .only("scheme", "one_step_theta", p.scheme == fluid::TimeScheme::one_step_theta),
            p.theta, between(0.5, 1.0));

@@ -60,8 +60,7 @@ class Divergence {
     {
       LocalArray w(velocity_), s(sum_);
       for (std::size_t n = 0; n < phi.size(); ++n) {
-        for (int i = 0; i < 3; ++i)
-          w[4 * n + i] = is_dirichlet_[4 * n + i] != 0 ? 0.0 : -s[4 * n + i] / volume_[n];
+        for (int i = 0; i < 3; ++i) w[4 * n + i] = is_dirichlet_[4 * n + i] != 0 ? 0.0 : -s[4 * n + i] / volume_[n];
         w[4 * n + 3] = 0.0;
       }
     }

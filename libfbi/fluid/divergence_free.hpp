@@ -15,10 +15,10 @@ struct Projection {
   double change = 0.0;               ///< largest nodal change of the velocity [length/time]
 };
 
-/// Brings u to the nearest velocity, in the norm of the lumped mass, with int N_a div v = 0 and the same given components:
-/// v - M^-1 D^T phi with A phi = D v, A = 0.95 D M^-1 D^T + 0.05 L by conjugate gradients, repeated until what it can
-/// remove is removed. The Laplacian L makes A regular where equal-order pressures are not seen by D M^-1 D^T; what given
-/// velocities force on those stays. Collective.
+/// Brings u to the nearest velocity, in the norm of the lumped mass, with int N_a div v = 0 and the same given
+/// components: v - M^-1 D^T phi with A phi = D v, A = 0.95 D M^-1 D^T + 0.05 L by conjugate gradients, repeated until
+/// what it can remove is removed. The Laplacian L makes A regular where equal-order pressures are not seen by D M^-1
+/// D^T; what given velocities force on those stays. Collective.
 /// @param is_dirichlet   given unknowns, shape=(local nodes,4)
 /// @param lumped_volume  int N_a, shape=(local nodes) [length^3]
 /// @param laplacian      int grad N_a . grad N_b with open faces closed by a Robin term

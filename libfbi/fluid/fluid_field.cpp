@@ -601,11 +601,10 @@ std::vector<std::pair<std::string, Vec>> FluidField::state() {
 
 std::vector<std::pair<std::string, double*>> FluidField::scalars() {
   Implementation& f = *implementation_;
-  return {
-      {"dt_before", &f.previous_dt},
-      {"accepted_steps", &f.accepted_steps},
-      {"startup_steps_left", &f.startup_left},
-      {"impulsive", &f.impulsive}};
+  return {{"dt_before", &f.previous_dt},
+          {"accepted_steps", &f.accepted_steps},
+          {"startup_steps_left", &f.startup_left},
+          {"impulsive", &f.impulsive}};
 }
 
 void FluidField::state_restored() {

@@ -19,7 +19,7 @@ struct BatchTau {
 struct KernelConstants {
   double density = 1.0;
   double viscosity = 1.0;
-  double sigma = 0.0;  ///< dv'/dv = 1/(theta dt)
+  double sigma = 0.0;   ///< dv'/dv = 1/(theta dt)
   double follow = 1.0;  ///< derivative of the convecting velocity in tangents: 1 = it follows v, 0 = frozen
   // read with Equations::extended
   double divergence_share = 0.0;  ///< of rho v div v in the convection

@@ -27,8 +27,8 @@ FluidSolver::FluidSolver(fluid::FluidField& fluid, const coupling::Coupling* cou
   ghosted_ = fluid_.create_vector();
   if (coupling_ != nullptr) rows_.resize(3 * static_cast<std::size_t>(coupling_->rows()));
   // What makes continuity rows forces when there is no time step: rho |v| + mu/h.
-  steady_scale_ = fluid_.parameters().density * fluid_.max_velocity() +
-                  fluid_.parameters().viscosity / fluid_.smallest_cell();
+  steady_scale_ =
+      fluid_.parameters().density * fluid_.max_velocity() + fluid_.parameters().viscosity / fluid_.smallest_cell();
   const GlobalIndex limit = fluid_.is_steady() ? steady_direct_below : direct_below;
   const bool small = parameters_.linear == LinearSolver::automatic && 4 * mesh.global_nodes < limit;
   if (small || parameters_.linear == LinearSolver::direct) {

@@ -37,8 +37,8 @@ class FluidSolver {
 
   /// True when the direct solver was chosen.
   bool is_direct() const { return direct_ != nullptr; }
-  /// Scale of continuity rows that makes them comparable with momentum rows: rho sigma h; for steady flow rho |v| + mu/h
-  /// of the first iterate.
+  /// Scale of continuity rows that makes them comparable with momentum rows: rho sigma h; for steady flow rho |v| +
+  /// mu/h of the first iterate.
   double continuity_scale() const;
 
   /// Readies preconditioner or factors for the present linearisation point, M and S. `geometry_changed` and

@@ -39,8 +39,8 @@ struct SolverParameters {
   fluid::Linearization nonlinear = fluid::Linearization::newton;
   double newton_tolerance = 1e-6;            ///< residual relative to the first of the step
   double newton_absolute_tolerance = 1e-12;  ///< absolute, rms per unknown
-  Index newton_iterations = 15;  ///< steady flow: ten times as many
-  double krylov_tolerance = 1e-4;  ///< relative, per linear solve
+  Index newton_iterations = 15;              ///< steady flow: ten times as many
+  double krylov_tolerance = 1e-4;            ///< relative, per linear solve
   Index krylov_iterations = 200;
 };
 

@@ -44,8 +44,8 @@ class SteadyProblem {
     report.residual = reference_ > 0.0 ? norm / reference_ : 0.0;
     report.history.push_back({report.residual, 0.0, 0.0});
     if (norm <= parameters_.newton_absolute_tolerance * system_.fluid_scale()) report.residual = 0.0;
-    report.converged = report.residual == 0.0 ||
-                       (report.history.size() > 1 && report.residual <= parameters_.newton_tolerance);
+    report.converged =
+        report.residual == 0.0 || (report.history.size() > 1 && report.residual <= parameters_.newton_tolerance);
     return norm;
   }
 

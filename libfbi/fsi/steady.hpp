@@ -11,8 +11,8 @@ namespace fbi::fsi {
 /// the residual its step is taken back and three Picard iterations come before the next attempt. `picard` stays with
 /// Picard. At most ten times newton_iterations.
 ///
-/// Iterative solver: implicit pseudo-time steps with one linear solve each (Kelley, Keyes 1998). The step grows while the
-/// linear systems stay easy, and shrinks where the residual rises.
+/// Iterative solver: implicit pseudo-time steps with one linear solve each (Kelley, Keyes 1998). The step grows while
+/// the linear systems stay easy, and shrinks where the residual rises.
 ///
 /// Converged when the residual fell below newton_tolerance times the first, or below the absolute tolerance. A failure
 /// is a report, not an exception. Collective.

@@ -1,5 +1,5 @@
-// Orders in time of all schemes with all treatments of convection: Ethier and Steinman (1994) on 8 cells a side, against
-// the same mesh with a sixteenth of the smaller step.
+// Orders in time of all schemes with all treatments of convection: Ethier and Steinman (1994) on 8 cells a side,
+// against the same mesh with a sixteenth of the smaller step.
 #include "base/log.hpp"
 #include "convergence/ethier_steinman.hpp"
 #include "record.hpp"
@@ -45,9 +45,8 @@ const Scheme schemes[] = {{"theta = 1", {TimeScheme::one_step_theta, 1.0}, 1.0},
                           {"theta = 0.6", {TimeScheme::one_step_theta, 0.6}, 1.0},
                           {"theta = 0.5", {TimeScheme::one_step_theta, 0.5}, 2.0},
                           {"bdf2", {TimeScheme::bdf2, 1.0}, 2.0}};
-const std::pair<const char*, Linearization> linearizations[] = {{"newton", Linearization::newton},
-                                                                {"picard", Linearization::picard},
-                                                                {"linearized", Linearization::extrapolated}};
+const std::pair<const char*, Linearization> linearizations[] = {
+    {"newton", Linearization::newton}, {"picard", Linearization::picard}, {"linearized", Linearization::extrapolated}};
 
 void record_order(const Scheme& scheme, const std::string& linearization, const char* options, double error,
                   double order, const std::string& bar) {
@@ -84,9 +83,9 @@ TEST(FluidTime, Orders) {
   }
 }
 
-// The equations of a step are the same for newton and picard. The distance of linearized is small; its order is reported:
-// it rises with the number of steps (1.1, 1.2, 1.4) because the interpolated v_0 is not free of divergence on the mesh, so
-// that the first step moves by something that does not shrink with dt.
+// The equations of a step are the same for newton and picard. The distance of linearized is small; its order is
+// reported: it rises with the number of steps (1.1, 1.2, 1.4) because the interpolated v_0 is not free of divergence on
+// the mesh, so that the first step moves by something that does not shrink with dt.
 TEST(FluidTime, OneAnswer) {
   linalg::initialize_petsc();
   const FluidTimeParameters time{TimeScheme::bdf2, 1.0};

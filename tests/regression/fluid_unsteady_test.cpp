@@ -12,8 +12,7 @@ double velocity_at(CoupledCase& run, const Vec3& x, int component) {
   fluid::LocalArray u(run.fluid().accepted());
   const mesh::HexMesh& mesh = *run.setup.fluid_mesh;
   for (Index n = 0; n < mesh.local_nodes(); ++n)
-    if ((Eigen::Map<const Vec3>(mesh.node(n)) - x).norm() < 1e-9)
-      return u[4 * static_cast<std::size_t>(n) + component];
+    if ((Eigen::Map<const Vec3>(mesh.node(n)) - x).norm() < 1e-9) return u[4 * static_cast<std::size_t>(n) + component];
   ADD_FAILURE() << "no node there";
   return 0.0;
 }
@@ -52,19 +51,20 @@ TEST(FluidUnsteady, start_of_duct_flow) {
       double rate = 0;  // trapezoidal rule: exact for the bilinear velocity
       for (int i = 0; i <= cells; ++i)
         for (int j = 0; j <= cells; ++j)
-          rate += (i == cells ? 0.5 : 1) * (j == cells ? 0.5 : 1) * 4 * h * h *
-                  velocity_at(run, Vec3(i * h, j * h, h), 2);
+          rate +=
+              (i == cells ? 0.5 : 1) * (j == cells ? 0.5 : 1) * 4 * h * h * velocity_at(run, Vec3(i * h, j * h, h), 2);
       report(scheme + log::format(" t = %g center, relative error", row.time), center / row.center - 1);
       report(scheme + log::format(" t = %g rate, relative error", row.time), rate / row.rate - 1);
       EXPECT_NEAR(center / row.center, 1, 0.005);
       EXPECT_NEAR(rate / row.rate, 1, 0.02);
-      record({.section = "Fluid",
-              .id = "S-F3",
-              .check = log::format("square duct from rest, t = %g, %s: velocity at the center", row.time, scheme.c_str()),
-              .source = "series solution",
-              .reference = row.center,
-              .ours = center,
-              .bar = "0.5 %"});
+      record(
+          {.section = "Fluid",
+           .id = "S-F3",
+           .check = log::format("square duct from rest, t = %g, %s: velocity at the center", row.time, scheme.c_str()),
+           .source = "series solution",
+           .reference = row.center,
+           .ours = center,
+           .bar = "0.5 %"});
       record({.section = "Fluid",
               .id = "S-F3",
               .check = log::format("square duct from rest, t = %g, %s: flow rate", row.time, scheme.c_str()),
