@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "base/error.hpp"
 #include "base/log.hpp"
 #include "fem/hex8.hpp"
+#include "fluid/face_points.hpp"
 #include "fluid/ghosted.hpp"
 #include "fluid/physics.hpp"
 
@@ -342,6 +344,24 @@ void Boundaries::visit_open_faces(
     }
     visit(face.cell, fem::hex8_faces[face.face], mass, area);
   }
+}
+
+std::array<double, 2> Boundaries::flow(const double* u) const {
+  std::array<double, 2> flow = {0.0, 0.0};
+  std::set<std::pair<Index, Index>> done;
+  for (const ConditionedFace& conditioned : faces()) {
+    if (!done.emplace(conditioned.face.cell, conditioned.face.face).second) continue;
+    const FacePoints at = face_points(mesh_, conditioned.face);
+    for (int a = 0; a < 4; ++a) {
+      const std::size_t node = face_node(mesh_, conditioned.face, a);
+      const Eigen::Map<const Vec3> velocity(u + 4 * node);
+      const Vec3 area = at.area_vector(a);
+      flow[0] += velocity.dot(area);
+      if (is_dirichlet_[4 * node] && is_dirichlet_[4 * node + 1] && is_dirichlet_[4 * node + 2])
+        flow[1] += velocity.norm() * area.norm();
+    }
+  }
+  return flow;
 }
 
 }  // namespace fbi::fluid

@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <set>
 
 #include "base/log.hpp"
 #include "base/timer.hpp"
 #include "fem/hex8.hpp"
 #include "fluid/boundary_conditions.hpp"
 #include "fluid/divergence_free.hpp"
-#include "fluid/face_points.hpp"
 #include "fluid/ghosted.hpp"
 #include "fluid/node_matrix.hpp"
 #include "fluid/operator.hpp"
@@ -527,24 +525,8 @@ void FluidField::set_normal(const double* from, double* to, Index nodes) const {
 const std::vector<char>& FluidField::is_dirichlet() const { return implementation_->boundaries.is_dirichlet(); }
 bool FluidField::pressure_is_free() const { return implementation_->pressure_is_free; }
 std::array<double, 2> FluidField::boundary_flow() const {
-  const Implementation& f = *implementation_;
-  std::array<double, 2> flow = {0.0, 0.0};
-  std::set<std::pair<Index, Index>> done;
-  LocalArray u(f.iterate);
-  for (const Boundaries::ConditionedFace& conditioned : f.boundaries.faces()) {
-    if (!done.emplace(conditioned.face.cell, conditioned.face.face).second) continue;
-    const FacePoints at = face_points(f.mesh, conditioned.face);
-    for (int a = 0; a < 4; ++a) {
-      const std::size_t node = face_node(f.mesh, conditioned.face, a);
-      const Eigen::Map<const Vec3> velocity(u.data() + 4 * node);
-      const Vec3 area = at.area_vector(a);
-      flow[0] += velocity.dot(area);
-      if (f.boundaries.is_dirichlet()[4 * node] && f.boundaries.is_dirichlet()[4 * node + 1] &&
-          f.boundaries.is_dirichlet()[4 * node + 2])
-        flow[1] += velocity.norm() * area.norm();
-    }
-  }
-  f.mesh.comm.sum(flow.data(), 2);
+  std::array<double, 2> flow = implementation_->boundaries.flow(LocalArray(implementation_->iterate).data());
+  implementation_->mesh.comm.sum(flow.data(), 2);
   return flow;
 }
 const std::vector<double>& FluidField::lumped_volume() const { return implementation_->lumped_volume; }
@@ -595,7 +577,7 @@ Vec3 FluidField::momentum(Vec u) {
 }
 
 std::vector<std::pair<std::string, Vec>> FluidField::state() {
-  Implementation& f = *implementation_;
+  const Implementation& f = *implementation_;
   return {{"velocity_pressure", f.accepted}, {"velocity_pressure_before", f.previous}, {"acceleration", f.rate}};
 }
 
@@ -612,8 +594,7 @@ void FluidField::state_restored() {
   update_ghosts(f.accepted);
   update_ghosts(f.previous);
   update_ghosts(f.rate);
-  LocalArray u(f.iterate), now(f.accepted);
-  std::copy_n(now.data(), f.unknowns(), u.data());
+  std::copy_n(LocalArray(f.accepted).data(), f.unknowns(), LocalArray(f.iterate).data());
 }
 
 }  // namespace fbi::fluid
