@@ -412,8 +412,9 @@ std::vector<std::pair<std::string, std::vector<double>*>> BeamField::state() {
                                                                     {"internal_force", &b.internal_n},
                                                                     {"external_force", &b.external_n},
                                                                     {"external_work", &b.work_n}};
-  if (!b.pose_n.empty()) list.insert(list.end(), {{"rigid_pose", &b.pose_n}, {"rigid_motion", &b.motion_n}});
-  if (!b.frames.last.empty()) list.push_back({"load_frame", &b.frames.last});
+  // By what there is in the case, not on this rank: the ranks write together.
+  if (b.any_rigid) list.insert(list.end(), {{"rigid_pose", &b.pose_n}, {"rigid_motion", &b.motion_n}});
+  if (b.loads.has_followers()) list.push_back({"load_frame", &b.frames.last});
   if (b.triads != nullptr) {
     list.insert(list.end(), {{"rotation", &b.triads->rotation_n},
                              {"spin", &b.triads->spin_n},

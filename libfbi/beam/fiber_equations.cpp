@@ -106,8 +106,10 @@ FiberEquations::FiberEquations(const mesh::FiberMesh& fiber_mesh, const std::vec
   dofs = dofs_n;
   if (any_motion) shift.assign(size, 0.0);
   if (loads.has_followers()) frames.initialize(mesh);
-  if (std::any_of(groups.begin(), groups.end(),
-                  [](const FiberParameters& group) { return group.formulation == Formulation::rigid; })) {
+  any_rigid = std::any_of(groups.begin(), groups.end(), [](const FiberParameters& group) {
+    return group.formulation == Formulation::rigid;
+  });
+  if (any_rigid) {
     pose_n.assign(size, 0.0);
     motion_n.assign(size, 0.0);
     rigid.resize(fibers.size());
