@@ -75,6 +75,7 @@ struct FiberEquations {
   NodalField shift;               // accelerations of moved supports, NodeSupport::shift; empty without
   std::vector<RigidFiber> rigid;  // one for each fiber when the case has rigid ones, else empty
   NodalField pose_n, motion_n;    // their state at t_n: 12 numbers each of every rigid fiber; else empty
+  bool any_rigid = false;         // some fiber of the case is rigid, on whichever rank
   bool at_start = false;          // initialised at t = 0 and no step accepted yet
   Level level;
   bool evaluated = false;                // residual, internal and external belong to the iterate
