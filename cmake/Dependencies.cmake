@@ -16,6 +16,10 @@ find_path(SUITESPARSE_INCLUDE cholmod.h PATH_SUFFIXES suitesparse REQUIRED)
 find_library(CHOLMOD_LIBRARY cholmod REQUIRED)
 find_library(UMFPACK_LIBRARY umfpack REQUIRED)
 
+# PT-Scotch partitions the graphs of general meshes, through PETSc; Scotch itself is asked for repeatable parts.
+find_path(PTSCOTCH_INCLUDE ptscotch.h PATH_SUFFIXES scotch)
+find_library(PTSCOTCH_LIBRARY ptscotch)
+
 # gmsh reads mesh files, in fbi-gen alone.
 if(FBI_GMSH)
   find_path(GMSH_INCLUDE gmsh.h)
@@ -45,6 +49,13 @@ endif()
 add_library(fbi_hdf5 INTERFACE)
 target_include_directories(fbi_hdf5 SYSTEM INTERFACE ${HDF5_INCLUDE_DIRS})
 target_link_libraries(fbi_hdf5 INTERFACE ${HDF5_LIBRARIES})
+
+add_library(fbi_ptscotch INTERFACE)
+if(PTSCOTCH_INCLUDE AND PTSCOTCH_LIBRARY)
+  target_compile_definitions(fbi_ptscotch INTERFACE FBI_PTSCOTCH)
+  target_include_directories(fbi_ptscotch SYSTEM INTERFACE ${PTSCOTCH_INCLUDE})
+  target_link_libraries(fbi_ptscotch INTERFACE ${PTSCOTCH_LIBRARY})
+endif()
 
 add_library(fbi_suitesparse INTERFACE)
 target_include_directories(fbi_suitesparse SYSTEM INTERFACE ${SUITESPARSE_INCLUDE})

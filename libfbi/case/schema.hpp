@@ -94,6 +94,12 @@ struct CaseParameters {
 
   /// Conditions of the channel or of the mesh file.
   const fluid::BoundaryConditions& boundaries() const { return mesh ? mesh->boundaries : channel->boundaries; }
+
+  /// How the cells of the channel or of the mesh file are placed on ranks.
+  mesh::Partition partition() const {
+    if (mesh) return mesh->source.partition;
+    return channel && channel->cylinder ? channel->cylinder->partition : mesh::Partition::coordinates;
+  }
 };
 
 /// Parses and validates the text of a case file. All errors at once: throws Error(usage) whose text holds one line

@@ -79,6 +79,15 @@ void describe_gradings(Visitor& v, std::array<mesh::GradingParameters, 3>& p) {
   }
 }
 
+void describe_partition(Visitor& v, mesh::Partition& p) {
+  v.choice<mesh::Partition>(
+      field("partition", "how the cells are placed on ranks; a mesh that is a box is cut into blocks always"), p,
+      {{mesh::Partition::coordinates, "coordinates", "the cell centers are bisected across their longest extent"},
+       {mesh::Partition::graph, "graph",
+        "few faces between ranks, for bent or branched channels (PT-Scotch); parts may differ in size by a few per "
+        "cent"}});
+}
+
 void describe_cylinder(Visitor& v, mesh::CylinderParameters& p) {
   v.pair(field("center", "its axis, in the order x, y, z without the axis", "length").required("[0.2, 0.2]"), p.center);
   v.choice<mesh::Axis>(field("axis", "direction of the cylinder, from wall to wall"), p.axis,
@@ -97,6 +106,7 @@ void describe_cylinder(Visitor& v, mesh::CylinderParameters& p) {
                  "the distance from the axis to the nearest wall",
                  "length"),
            p.block, at_least(0.0));
+  describe_partition(v, p.partition);
   if (v.reading() && v.given("around") && !v.failed("around") && p.around % 8 != 0) {
     const Index below = p.around / 8 * 8;
     v.error("around", "must be a multiple of 8, not " + std::to_string(p.around) + "; use for example " +
@@ -286,6 +296,7 @@ void describe_mesh(Visitor& v, MeshFile& p) {
              .required("\"mesh.msh\""),
          p.source.file);
   v.number(field("scale", "factor for all coordinates of the file"), p.source.scale, positive());
+  describe_partition(v, p.source.partition);
   v.named(field("boundaries", "conditions on the named surfaces (physical groups) of the mesh, one for each")
               .required("{ \"inlet\": { \"type\": \"no_slip\" }, ... }"),
           "Boundary condition",

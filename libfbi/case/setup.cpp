@@ -6,6 +6,7 @@
 #include "base/log.hpp"
 #include "base/timer.hpp"
 #include "io/case_file.hpp"
+#include "linalg/graph_partition.hpp"
 
 namespace fbi::cases {
 namespace {
@@ -86,7 +87,8 @@ Setup read_setup(const Comm& comm, const std::string& path) {
   const CaseParameters parameters = parse_input(header, path);
   std::unique_ptr<mesh::HexMesh> fluid;
   if (header.has_mesh())
-    fluid = std::make_unique<mesh::HexMesh>(io::read_mesh(comm, path));
+    fluid = std::make_unique<mesh::HexMesh>(
+        linalg::distribute(comm, io::read_mesh_chunk(comm, path), parameters.partition()));
   std::unique_ptr<mesh::FiberMesh> fibers = std::make_unique<mesh::FiberMesh>(io::read_fibers(comm, path, fluid.get()));
   return make_setup(parameters, std::move(fluid), std::move(fibers));
 }

@@ -34,6 +34,12 @@ struct BoxParameters {
       false;  ///< true: treat as a general hexahedral mesh, the box fast path is not taken (for tests and timing)
 };
 
+/// How the cells of a mesh that is no box are placed on ranks.
+enum class Partition {
+  coordinates,  ///< recursive bisection of the cell centers
+  graph,        ///< few faces between ranks: partition of the graph of neighboring cells
+};
+
 /// A coordinate axis.
 enum class Axis { x, y, z };
 
@@ -47,12 +53,14 @@ struct CylinderParameters {
   Index layers = 1;     ///< equal cells along the axis
   double first = 0.5;   ///< thickness of the cells at the cylinder, relative to their length along the circle
   double block = 0.0;   ///< half width of the block [length]; 0: three radii, or 3/4 of the way to the nearest wall
+  Partition partition = Partition::coordinates;
 };
 
 /// A mesh file of gmsh.
 struct MeshFileParameters {
   std::string file;    ///< path, relative to the folder of the case file
   double scale = 1.0;  ///< coordinates of the file are multiplied by it
+  Partition partition = Partition::coordinates;
 };
 
 enum class CurveType {

@@ -46,6 +46,12 @@ class Bitwise(ProgramTest):
             with self.subTest(scheme=scheme, linear=linear):
                 self.in_two_parts(reed(coupling__scheme=scheme, solver__linear=linear, time__fluid={"theta": 0.5}), (2, 2, 2))
 
+    def test_graph_partition(self):
+        case = reed(channel__elements=None, solver__linear="iterative")
+        case["channel"]["cylinder"] = {"center": [1.5, 0.5], "radius": 0.1, "around": 16, "partition": "graph"}
+        case["channel"]["boundaries"]["cylinder"] = {"type": "no_slip"}
+        self.in_two_parts(case, (3, 3, 3))
+
     def test_other_ranks(self):
         for ranks in ((1, 1, 2), (1, 2, 1), (2, 2, 3)):
             with self.subTest(ranks=ranks):

@@ -19,6 +19,7 @@
 #include "case/setup.hpp"
 #include "fluid/ghosted.hpp"
 #include "fsi/time_loop.hpp"
+#include "linalg/graph_partition.hpp"
 #include "mesh/fiber_mesh.hpp"
 #include "meshgen/scene.hpp"
 
@@ -115,7 +116,8 @@ class CoupledCase {
     std::unique_ptr<mesh::HexMesh> fluid;
     if (change) change(scene.fluid);
     if (parameters.fluid)
-      fluid = std::make_unique<mesh::HexMesh>(mesh::distribute(comm_, mesh::chunk_of(comm_, scene.fluid)));
+      fluid = std::make_unique<mesh::HexMesh>(
+          linalg::distribute(comm_, mesh::chunk_of(comm_, scene.fluid), parameters.partition()));
     GlobalIndex first_fiber = 0, first_node = 0;
     const mesh::FiberMeshData chunk = mesh::chunk_of(comm_, scene.fibers, first_fiber, first_node);
     auto fibers =
