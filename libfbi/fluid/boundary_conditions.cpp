@@ -346,8 +346,8 @@ void Boundaries::visit_open_faces(
   }
 }
 
-std::array<double, 2> Boundaries::flow(const double* u) const {
-  std::array<double, 2> flow = {0.0, 0.0};
+std::array<double, 3> Boundaries::flow(const double* u) const {
+  std::array<double, 3> flow = {0.0, 0.0, 0.0};
   std::set<std::pair<Index, Index>> done;
   for (const ConditionedFace& conditioned : faces()) {
     if (!done.emplace(conditioned.face.cell, conditioned.face.face).second) continue;
@@ -357,6 +357,7 @@ std::array<double, 2> Boundaries::flow(const double* u) const {
       const Eigen::Map<const Vec3> velocity(u + 4 * node);
       const Vec3 area = at.area_vector(a);
       flow[0] += velocity.dot(area);
+      flow[2] += velocity.norm() * area.norm();
       if (is_dirichlet_[4 * node] && is_dirichlet_[4 * node + 1] && is_dirichlet_[4 * node + 2])
         flow[1] += velocity.norm() * area.norm();
     }

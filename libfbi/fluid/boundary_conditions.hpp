@@ -65,8 +65,8 @@ class Boundaries {
   /// All of them; a face of two sets appears once for each.
   const std::vector<ConditionedFace>& faces() const { return faces_; }
   /// Flow out of this rank's faces sum_a v_a . int N_a n, and its measure sum_a |v_a| |int N_a n| over nodes of given
-  /// velocity, each face once [length^3/time]; u of shape=(nodes,4).
-  std::array<double, 2> flow(const double* u) const;
+  /// velocity and over all nodes of faces, each face once [length^3/time]; u of shape=(nodes,4).
+  std::array<double, 3> flow(const double* u) const;
   /// Projector on the velocities that this condition holds at corner a of the face: those along which the face can
   /// exert a force that is not known beforehand.
   Mat3 held_directions(const ConditionedFace& face, const FacePoints& at, int a) const;

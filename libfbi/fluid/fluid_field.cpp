@@ -524,9 +524,9 @@ void FluidField::set_normal(const double* from, double* to, Index nodes) const {
 }
 const std::vector<char>& FluidField::is_dirichlet() const { return implementation_->boundaries.is_dirichlet(); }
 bool FluidField::pressure_is_free() const { return implementation_->pressure_is_free; }
-std::array<double, 2> FluidField::boundary_flow() const {
-  std::array<double, 2> flow = implementation_->boundaries.flow(LocalArray(implementation_->iterate).data());
-  implementation_->mesh.comm.sum(flow.data(), 2);
+std::array<double, 3> FluidField::boundary_flow() const {
+  std::array<double, 3> flow = implementation_->boundaries.flow(LocalArray(implementation_->iterate).data());
+  implementation_->mesh.comm.sum(flow.data(), 3);
   return flow;
 }
 const std::vector<double>& FluidField::lumped_volume() const { return implementation_->lumped_volume; }

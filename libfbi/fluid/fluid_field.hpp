@@ -97,8 +97,8 @@ class FluidField {
   /// zero.
   bool pressure_is_free() const;
   /// Net flow out of the boundary sum_a v_a . int N_a n of the iterate, and its measure sum_a |v_a| |int N_a n| over
-  /// the nodes of given velocity, each face once [length^3/time]. Collective.
-  std::array<double, 2> boundary_flow() const;
+  /// the nodes of given velocity and over all nodes of faces, each face once [length^3/time]. Collective.
+  std::array<double, 3> boundary_flow() const;
   /// Lumped mass sum_b int N_a N_b per local node (ghosts complete), shape=(local nodes) [length^3].
   const std::vector<double>& lumped_volume() const;
   /// tau_M of PSPG at each local cell for this step [time/density], shape=(local cells).
