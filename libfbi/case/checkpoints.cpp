@@ -28,10 +28,9 @@ StateList list_state(Setup& setup) {
   if (setup.beams != nullptr) {
     for (auto& [name, values] : setup.beams->state()) list.fibers.push_back({name, 6, values});
     if (setup.system->is_coupled()) {
-      // Linear multipliers: one row per fiber node.
-      list.fibers.push_back({"lambda", 3, &setup.system->lambda_old()});
-      list.fibers.push_back({"lambda_older", 3, &setup.system->lambda_older()});
       list.fibers.push_back({"coupling_force", 6, &setup.system->force_old()});
+      list.fibers.push_back({"coupling_force_older", 6, &setup.system->force_older()});
+      list.fibers.push_back({"coupling_force_oldest", 6, &setup.system->force_oldest()});
     }
   }
   return list;

@@ -20,10 +20,8 @@ StepReport solve_dirichlet_neumann(System& system, Acceleration& acceleration, d
   interface.reset(coupling);
   acceleration.begin_step();
   // Force predicted linearly in time.
-  std::vector<double> lambda(system.lambda_old().size());
-  for (std::size_t k = 0; k < lambda.size(); ++k) lambda[k] = 2.0 * system.lambda_old()[k] - system.lambda_older()[k];
-  std::vector<double> x(system.force_old().size(), 0.0), force(x.size()), r(x.size()), h(x.size()), g(lambda.size());
-  coupling.add_d_transposed(lambda.data(), x, 1.0);
+  std::vector<double> x(system.force_old().size()), force(x.size()), r(x.size()), h(x.size()), lambda, g;
+  for (std::size_t k = 0; k < x.size(); ++k) x[k] = 2.0 * system.force_old()[k] - system.force_older()[k];
   const double w = system.weight();
   const double size = static_cast<double>(comm.sum(static_cast<GlobalIndex>(x.size())));
   double fluid_reference = 0.0;
@@ -42,6 +40,7 @@ StepReport solve_dirichlet_neumann(System& system, Acceleration& acceleration, d
       geometry_changed = true;
       interface.reset(coupling);
     }
+    g.resize(3 * static_cast<std::size_t>(coupling.rows()));
     coupling.apply_d(beams.velocity(), g.data());
     const bool solved = solve_fluid(system, &g, lambda, report, geometry_changed || first, fluid_reference);
     geometry_changed = first = false;

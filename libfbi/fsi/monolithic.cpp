@@ -159,7 +159,6 @@ StepReport solve_monolithic(System& system) {
   // prescribed fibers are where they will be from the start
   if (coupled && !moving && system.scheme().geometry_update == GeometryUpdate::iterated)
     geometry_changed = system.update_geometry(system.beams().dofs()) || geometry_changed;
-  if (coupled) lambda = system.lambda_old();
 
   for (int iteration = 0;; ++iteration) {
     if (moving) {

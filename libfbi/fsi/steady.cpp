@@ -26,7 +26,6 @@ class SteadyProblem {
     system_.update_geometry(system_.beams().accepted_dofs());
     system_.interface().reset(system_.coupling());
     regular_ = !system_.comm().any(!system_.interface().factorize());
-    lambda_.resize(system_.lambda().size());
   }
 
   bool is_regular() const { return regular_; }

@@ -26,7 +26,7 @@ System::System(fluid::FluidField* fluid, beam::BeamField* beams, const mesh::Fib
     fibers_move_ = comm_.any(beams_->moving_fibers() > 0);
     has_joints_ = comm_.any(!fibers_->joined.empty());
     force_old_.assign(6 * static_cast<std::size_t>(fibers_->nodes()), 0.0);
-    last_force_ = force_old_;
+    last_force_ = force_older_ = force_oldest_ = force_old_;
   }
   if (fluid_ != nullptr) fluid_->set_linearization(solver.nonlinear);
   if (fluid_ == nullptr || beams_ == nullptr) return;
@@ -34,7 +34,7 @@ System::System(fluid::FluidField* fluid, beam::BeamField* beams, const mesh::Fib
   coupling_ = std::make_unique<coupling::Coupling>(fluid_->mesh(), *fibers_, coupling_parameters_);
   interface_ = std::make_unique<coupling::InterfaceOperator>(*fibers_, coupling_parameters_.penalty);
   lambda_.assign(3 * static_cast<std::size_t>(coupling_->rows()), 0.0);
-  lambda_old_ = lambda_older_ = lambda_;
+  lambda_old_ = lambda_;
 }
 
 void System::check_group_sizes() const {
@@ -88,8 +88,9 @@ void System::begin_step(double time, double dt) {
 void System::accept_step() {
   if (coupling_ != nullptr) {
     last_force_ = fiber_force(lambda_);
-    lambda_older_ = lambda_old_;
     lambda_old_ = lambda_;
+    force_oldest_ = std::move(force_older_);
+    force_older_ = force_old_;
     std::fill(force_old_.begin(), force_old_.end(), 0.0);
     coupling_->add_d_transposed(lambda_.data(), force_old_, 1.0);
   }

@@ -94,9 +94,13 @@ class System {
   const std::vector<double>& force_old() const { return force_old_; }
   /// The coupling force w f_{n+1} + (1-w) f_n in the fibers' equation of the last accepted step, shape=(fiber nodes,6).
   const std::vector<double>& last_force() const { return last_force_; }
-  std::vector<double>& lambda_old() { return lambda_old_; }      ///< lambda_n
+  /// D^T lambda_{n-1} and D^T lambda_{n-2}, shape=(fiber nodes,6): the predictor of the force uses them.
+  std::vector<double>& force_older() { return force_older_; }
+  const std::vector<double>& force_older() const { return force_older_; }
+  std::vector<double>& force_oldest() { return force_oldest_; }
+  const std::vector<double>& force_oldest() const { return force_oldest_; }
+  /// lambda_n for output, shape=(rows of that step,3). No solution depends on it: the number of rows may change.
   const std::vector<double>& lambda_old() const { return lambda_old_; }
-  std::vector<double>& lambda_older() { return lambda_older_; }  ///< lambda_{n-1}
 
  private:
   /// Throws Error(usage) for groups of joined fibers whose block of S would be too large. Collective.
@@ -116,7 +120,8 @@ class System {
   bool has_joints_ = false;
   bool has_geometry_ = false;
   std::vector<double> geometry_dofs_;
-  std::vector<double> lambda_, lambda_old_, lambda_older_, force_old_, last_force_;
+  std::vector<double> lambda_, lambda_old_;
+  std::vector<double> force_old_, force_older_, force_oldest_, last_force_;
   double dt_ = 0.0;
 };
 

@@ -156,9 +156,9 @@ class CoupledCase {
     fluid().state_restored();
     const auto arrays = beams().state(), other_arrays = other.beams().state();
     for (std::size_t k = 0; k < arrays.size(); ++k) *arrays[k].second = *other_arrays[k].second;
-    system().lambda_old() = other.system().lambda_old();
-    system().lambda_older() = other.system().lambda_older();
     system().force_old() = other.system().force_old();
+    system().force_older() = other.system().force_older();
+    system().force_oldest() = other.system().force_oldest();
     system().drop_caches();
     step_ = other.step_;
   }

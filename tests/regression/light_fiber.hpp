@@ -20,9 +20,9 @@ inline FiberRun run_fiber(const Json& json, int last = short_run) {
   CoupledCase run(json);
   FiberRun result;
   double second[2] = {0.0, 0.0}, largest[2] = {0.0, 0.0};
+  std::vector<double> now, old;  // lambda_{n+1}, lambda_n
   Vec3 drag[3] = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
   for (int step = 1; step <= last; ++step) {
-    const std::vector<double> before = run.system().lambda_older();  // lambda_{n-1}
     const fsi::StepReport report = run.solve();
     result.newton = std::max(result.newton, report.newton);
     result.coupling = std::max(result.coupling, report.coupling_iterations);
@@ -35,7 +35,9 @@ inline FiberRun run_fiber(const Json& json, int last = short_run) {
     run.accept();
     for (int k = 0; k < 2; ++k) drag[k] = drag[k + 1];
     drag[2] = run.drag();
-    const std::vector<double>&now = run.system().lambda_old(), &old = run.system().lambda_older();
+    const std::vector<double> before = std::move(old);  // lambda_{n-1}
+    old = std::move(now);
+    now = run.system().lambda_old();
     largest[1] = std::max(largest[1], drag[2].norm());
     for (const double value : now) largest[0] = std::max(largest[0], std::abs(value));
     if (step < settled + 3) continue;  // all three steps of a difference lie after `settled`

@@ -55,8 +55,9 @@ void expect_identical(CoupledCase& a, CoupledCase& b) {
   ASSERT_EQ(beam_a.size(), beam_b.size());
   for (std::size_t k = 0; k < beam_a.size(); ++k) EXPECT_EQ(*beam_a[k].second, *beam_b[k].second) << beam_a[k].first;
   EXPECT_EQ(a.system().lambda_old(), b.system().lambda_old());
-  EXPECT_EQ(a.system().lambda_older(), b.system().lambda_older());
   EXPECT_EQ(a.system().force_old(), b.system().force_old());
+  EXPECT_EQ(a.system().force_older(), b.system().force_older());
+  EXPECT_EQ(a.system().force_oldest(), b.system().force_oldest());
 }
 
 void check_bitwise(const Json& json) {
