@@ -51,7 +51,9 @@ void describe_solver(Visitor& v, fsi::SolverParameters& p) {
       field("linear", "solver of the linear systems of the fluid"), p.linear,
       {{fsi::LinearSolver::automatic, "auto", "direct below 3,000 unknowns, for steady flow below 150,000"},
        {fsi::LinearSolver::direct, "direct", "sparse factorisation"},
-       {fsi::LinearSolver::iterative, "iterative", "Krylov method, matrix-free; steady flow: in pseudo-time steps"}});
+       {fsi::LinearSolver::iterative, "iterative", "Krylov method, matrix-free; steady flow: in pseudo-time steps"},
+       {fsi::LinearSolver::reference, "reference",
+        "GMRES with incomplete factors of the assembled matrix: slow, to compare with"}});
   v.choice<fluid::Linearization>(
       field("nonlinear", "treatment of the convecting velocity"), p.nonlinear,
       {{fluid::Linearization::newton, "newton", "quadratic convergence; steady flow: after some steps of picard"},
@@ -66,7 +68,13 @@ void describe_solver(Visitor& v, fsi::SolverParameters& p) {
             p.newton_iterations, at_least(1));
   v.number(field("krylov_tolerance", "residual of a linear solve, relative"), p.krylov_tolerance,
            Range{.min = 0.0, .max = 1.0, .without_min = true});
-  v.integer(field("krylov_iterations", "most iterations of a linear solve"), p.krylov_iterations, at_least(1));
+  v.integer(field("krylov_iterations", "most iterations of a linear solve; ten times as many with reference"),
+            p.krylov_iterations, at_least(1));
+  const bool reference = p.linear == fsi::LinearSolver::reference;
+  v.integer(field("ilu_level", "levels of fill of the incomplete factors").only("linear", "reference", reference),
+            p.ilu_level, between(0, 10));
+  v.integer(field("gmres_restart", "directions kept by GMRES").only("linear", "reference", reference), p.gmres_restart,
+            at_least(1));
 }
 
 namespace {

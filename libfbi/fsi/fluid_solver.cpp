@@ -35,10 +35,14 @@ FluidSolver::FluidSolver(fluid::FluidField& fluid, const coupling::Coupling* cou
     direct_ = std::make_unique<ExtendedSystem>(fluid_, coupling_, interface_);
     return;
   }
+  scaled_ = fluid_.create_vector();
+  if (parameters_.linear == LinearSolver::reference) {
+    reference_ = std::make_unique<AssembledSystem>(fluid_, coupling_, interface_, parameters_);
+    return;
+  }
   weight_ = std::make_unique<VelocityWeight>(fluid_);
   work_ = fluid_.create_vector();
   work2_ = fluid_.create_vector();
-  scaled_ = fluid_.create_vector();
   FBI_PETSC(VecCreateMPI(comm_.get(), mesh.owned_nodes, mesh.independent_nodes, pressure_right_.out()));
   FBI_PETSC(VecDuplicate(pressure_right_, pressure_solution_.out()));
   krylov_ = std::make_unique<linalg::Krylov>(
@@ -316,6 +320,7 @@ bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed) 
 
 bool FluidSolver::prepare(bool geometry_changed, bool interface_changed) {
   if (direct_ != nullptr) return direct_->factorize();
+  if (reference_ != nullptr) return reference_->prepare(geometry_changed, continuity_scale());
   renew_pressure();
   return renew_velocity(geometry_changed, interface_changed);
 }
@@ -336,7 +341,8 @@ linalg::KrylovResult FluidSolver::solve(Vec b, Vec x, double tolerance) {
     const double scale = continuity_scale();
     for (Index a = 0; a < mesh.owned_nodes; ++a) values.get()[4 * static_cast<std::size_t>(a) + 3] *= scale;
   }
-  const linalg::KrylovResult result = krylov_->solve(scaled_, x, tolerance);
+  const linalg::KrylovResult result =
+      reference_ != nullptr ? reference_->solve(scaled_, x, tolerance) : krylov_->solve(scaled_, x, tolerance);
   remove_mean_pressure(x);
   return result;
 }

@@ -8,6 +8,7 @@
 #include "coupling/coupling.hpp"
 #include "coupling/interface_operator.hpp"
 #include "fluid/fluid_field.hpp"
+#include "fsi/assembled_system.hpp"
 #include "fsi/extended_system.hpp"
 #include "fsi/parameters.hpp"
 #include "fsi/velocity_weight.hpp"
@@ -28,6 +29,8 @@ namespace fbi::fsi {
 /// by rho sigma h, which gives all rows the unit of a force.
 ///
 /// Direct (few unknowns, or on request): the system with the multipliers as extra unknowns, factorised.
+///
+/// Reference (on request): everything assembled, GMRES with ILU.
 class FluidSolver {
  public:
   /// `coupling` and `interface` are null without fibers. Collective.
@@ -86,7 +89,8 @@ class FluidSolver {
   linalg::VecHandle pressure_right_, pressure_solution_;
   mutable std::vector<double> rows_;  // shape=(rows,3)
 
-  std::unique_ptr<ExtendedSystem> direct_;  // null = iterative
+  std::unique_ptr<ExtendedSystem> direct_;
+  std::unique_ptr<AssembledSystem> reference_;  // both null = iterative
 };
 
 }  // namespace fbi::fsi

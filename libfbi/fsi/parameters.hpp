@@ -17,7 +17,8 @@ enum class GeometryUpdate {
 enum class LinearSolver {
   automatic,  ///< direct below 3,000 unknowns (150,000 for steady flow), else iterative
   direct,
-  iterative
+  iterative,
+  reference  ///< assembled matrix, GMRES with ILU: to compare with
 };
 enum class CouplingWeight {
   theta,              ///< w = theta of the fluid: fluid and fiber receive the same impulse
@@ -41,7 +42,9 @@ struct SolverParameters {
   double newton_absolute_tolerance = 1e-12;  ///< absolute, rms per unknown
   Index newton_iterations = 15;              ///< steady flow: ten times as many
   double krylov_tolerance = 1e-4;            ///< relative, per linear solve
-  Index krylov_iterations = 200;
+  Index krylov_iterations = 200;             ///< per linear solve; ten times as many for reference
+  Index ilu_level = 0;                       ///< reference: levels of fill
+  Index gmres_restart = 100;                 ///< reference: directions kept
 };
 
 struct TimeParameters {

@@ -43,6 +43,11 @@ Krylov::Krylov(const Comm& comm, Vec layout, VectorMap matrix, VectorMap precond
 Krylov::~Krylov() = default;
 
 KrylovResult Krylov::solve(Vec b, Vec x, double tolerance) {
+  FBI_PETSC(KSPSetTolerances(ksp_, tolerance, PETSC_DEFAULT, 1e10, maximum_));
+  return solve_from_zero(ksp_, b, x);
+}
+
+KrylovResult solve_from_zero(KSP solver, Vec b, Vec x) {
   KrylovResult result;
   PetscReal norm = 0.0;
   FBI_PETSC(VecNorm(b, NORM_2, &norm));
@@ -52,14 +57,13 @@ KrylovResult Krylov::solve(Vec b, Vec x, double tolerance) {
     return result;
   }
   if (!std::isfinite(norm)) return result;
-  FBI_PETSC(KSPSetTolerances(ksp_, tolerance, PETSC_DEFAULT, 1e10, maximum_));
-  FBI_PETSC(KSPSolve(ksp_, b, x));
+  FBI_PETSC(KSPSolve(solver, b, x));
   PetscInt iterations = 0;
   PetscReal residual = 0.0;
   KSPConvergedReason reason;
-  FBI_PETSC(KSPGetIterationNumber(ksp_, &iterations));
-  FBI_PETSC(KSPGetResidualNorm(ksp_, &residual));
-  FBI_PETSC(KSPGetConvergedReason(ksp_, &reason));
+  FBI_PETSC(KSPGetIterationNumber(solver, &iterations));
+  FBI_PETSC(KSPGetResidualNorm(solver, &residual));
+  FBI_PETSC(KSPGetConvergedReason(solver, &reason));
   result.iterations = static_cast<int>(iterations);
   result.relative_residual = residual / norm;
   result.converged = reason > 0;

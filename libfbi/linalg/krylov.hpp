@@ -18,6 +18,10 @@ struct KrylovResult {
 /// y = A x, or x = P^-1 r: both arguments are distributed vectors of the layout given at construction.
 using VectorMap = std::function<void(Vec in, Vec out)>;
 
+/// Solves with a prepared solver from x = 0 and reports; b = 0 gives x = 0, a b that is not finite does not converge.
+/// Collective.
+KrylovResult solve_from_zero(KSP solver, Vec b, Vec x);
+
 /// Right-preconditioned flexible GMRES.
 class Krylov {
  public:
