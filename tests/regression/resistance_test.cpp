@@ -1,39 +1,12 @@
 /// Flow across a square array of fixed fibers: force against mean velocity (Sangani and Acrivos 1982; the values of the
 /// center-line coupling on these meshes were computed independently).
-#include "record.hpp"
-#include "regression/case_fixture.hpp"
+#include "regression/straight_fibers.hpp"
 
 namespace fbi::test {
 namespace {
 
-/// One cell of the array, 1 x 1 x 2/N, driven by a pressure drop of 1, fiber along z through the middle.
-Json array_cell(int n) {
-  Json json = parse_json(R"({
-    "title": "Square array",
-    "fluid": { "density": 1e-6, "viscosity": 1.0, "convective_form": "none", "viscous_residual": "none",
-               "tau_time": false, "grad_div": false },
-    "channel": {
-      "size": [1, 1, 1], "elements": [1, 1, 2],
-      "boundaries": {
-        "xmin": { "type": "mixed", "velocity": [null, "0", "0"], "traction": ["0.5", "0", "0"] },
-        "xmax": { "type": "mixed", "velocity": [null, "0", "0"], "traction": ["0.5", "0", "0"] },
-        "ymin": { "type": "slip" }, "ymax": { "type": "slip" }, "zmin": { "type": "slip" }, "zmax": { "type": "slip" }
-      }
-    },
-    "fibers": [ { "name": "fiber", "curve": { "type": "line", "from": [0.5, 0.5, 0], "to": [0.5, 0.5, 1] },
-                  "elements": 2, "formulation": "fixed" } ],
-    "coupling": { "penalty": 1e6 },
-    "time": { "fluid": { "scheme": "steady" } }
-  })");
-  const double depth = 2.0 / n;
-  json["channel"]["size"] = {1.0, 1.0, depth};
-  json["channel"]["elements"] = {n, n, 2};
-  json["fibers"][0]["curve"]["to"] = {0.5, 0.5, depth};
-  return json;
-}
-
 /// Mean of u_x over the inlet: trapezoidal rule on the uniform grid of the face.
-double mean_velocity(CoupledCase& run, int n) {
+double inlet_velocity(CoupledCase& run, int n) {
   const mesh::HexMesh& mesh = *run.setup.fluid_mesh;
   fluid::LocalArray u(run.fluid().accepted());
   double sum = 0.0;
@@ -50,14 +23,13 @@ void check_array(int n, double expected) {
   CoupledCase run(array_cell(n));
   const fsi::StepReport result = run.step();
   const double force = run.drag()[0] / (2.0 / n);
-  const double resistance = force / mean_velocity(run, n);
+  const double resistance = force / inlet_velocity(run, n);
   report("F/(mu U), N " + std::to_string(n), resistance);
   report("F - dp, N " + std::to_string(n), force - 1.0);
   report("Newton iterations, N " + std::to_string(n), result.newton);
-  const std::string where = n % 2 == 0 ? "fiber on a line of nodes" : "fiber in the middle of cells";
   record({.section = "Coupling",
           .id = "S-H1",
-          .check = log::format("resistance of a square array, %s, %d cells: F/(mu U)", where.c_str(), n),
+          .check = log::format("resistance of a square array, fiber %s, %d cells: F/(mu U)", place_of(n), n),
           .source = "the same discretisation in 2D, computed independently",
           .reference = expected,
           .ours = resistance,
