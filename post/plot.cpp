@@ -37,7 +37,10 @@ void run_gnuplot(const std::string& script) {
                       : "gnuplot failed on \"" + script + "\"; its message is above, the script can be changed");
 }
 
-std::vector<std::string> write_plot(const std::string& base, const Plot& plot) {
+namespace {
+
+// Names of the columns and a block for each curve, separated by two empty lines.
+std::string data_of(const Plot& plot) {
   std::string data = "#";
   for (const std::string& column : plot.columns) data += " " + column;
   data += "\n";
@@ -51,6 +54,19 @@ std::vector<std::string> write_plot(const std::string& base, const Plot& plot) {
     }
     data += "\n\n";
   }
+  return data;
+}
+
+std::vector<std::string> write_pictures(const std::string& base, const std::string& data, const std::string& script) {
+  io::write_text_file(base + ".dat", data);
+  io::write_text_file(base + ".gp", script);
+  run_gnuplot(base + ".gp");
+  return {base + ".dat", base + ".gp", base + ".svg", base + ".png", base + ".pdf"};
+}
+
+}  // namespace
+
+std::vector<std::string> write_plot(const std::string& base, const Plot& plot) {
   const std::string name = std::filesystem::path(base).filename().string();
   std::string curves;
   for (std::size_t i = 0; i < plot.curves.size(); ++i)
@@ -78,10 +94,38 @@ std::vector<std::string> write_plot(const std::string& base, const Plot& plot) {
       "\nset terminal pngcairo size 1350,840 font 'sans,16'\nset output " + gnuplot_quoted(name + ".png") +
       "\nreplot\nset terminal pdfcairo size 18cm,11.2cm font 'sans,12'\nset output " + gnuplot_quoted(name + ".pdf") +
       "\nreplot\nset output\n";
-  io::write_text_file(base + ".dat", data);
-  io::write_text_file(base + ".gp", script);
-  run_gnuplot(base + ".gp");
-  return {base + ".dat", base + ".gp", base + ".svg", base + ".png", base + ".pdf"};
+  return write_pictures(base, data_of(plot), script);
+}
+
+std::vector<std::string> write_panels(const std::string& base, const std::vector<Plot>& panels) {
+  const std::string name = std::filesystem::path(base).filename().string();
+  const std::size_t count = panels.size();
+  std::string data, drawing = log::format("set multiplot layout %zu,1\n", count);
+  std::size_t block = 0;
+  for (std::size_t p = 0; p < count; ++p) {
+    const Plot& panel = panels[p];
+    data += data_of(panel);
+    drawing += "set title " + gnuplot_quoted(p == 0 ? panel.title : "") + " noenhanced\nset ylabel " +
+               gnuplot_quoted(panel.y_label) + "\nset xlabel " + gnuplot_quoted(p + 1 == count ? panel.x_label : "") +
+               "\nset key " + (p == 0 ? "inside top right\n" : "off\n");
+    for (std::size_t i = 0; i < panel.curves.size(); ++i)
+      drawing += std::string(i ? ", \\\n     " : "plot ") + gnuplot_quoted(name + ".dat") + " index " +
+                 std::to_string(block++) + " using 1:" + std::to_string(panel.y_column) + " with " +
+                 (panel.curves[i].rows.size() < 2 ? "points" : "lines") + log::format(" linestyle %zu", i + 1) +
+                 " linewidth 2 title " + gnuplot_quoted(panel.curves[i].label) + " noenhanced";
+    drawing += "\n";
+  }
+  drawing += "unset multiplot\n";
+  const double height = 0.15 + 0.27 * static_cast<double>(count);
+  std::string script = "# Run it with: gnuplot " + name + ".gp\nset encoding utf8\nset grid\nset lmargin 10\nset rmargin 3\nset yrange [0:*]\n";
+  const auto draw = [&](const std::string& terminal, const std::string& ending) {
+    script +=
+        "set terminal " + terminal + "\nset output " + gnuplot_quoted(name + ending) + "\n" + drawing + "set output\n";
+  };
+  draw(log::format("svg size 900,%.0f font 'sans,16' dynamic background 'white'", 900.0 * height), ".svg");
+  draw(log::format("pngcairo size 1350,%.0f font 'sans,16'", 1350.0 * height), ".png");
+  draw(log::format("pdfcairo size 18cm,%.1fcm font 'sans,12'", 18.0 * height), ".pdf");
+  return write_pictures(base, data, script);
 }
 
 }  // namespace fbi::post

@@ -12,6 +12,7 @@
 #include "post/difference.hpp"
 #include "post/history_series.hpp"
 #include "post/info.hpp"
+#include "post/iterations.hpp"
 #include "post/picture.hpp"
 #include "post/plot.hpp"
 #include "post/quantities.hpp"
@@ -261,6 +262,13 @@ void forces(const Arguments& arguments) {
   }
 }
 
+void iterations(const Arguments& arguments) {
+  const std::vector<Run> runs = read_runs(arguments);
+  const std::string base = base_name(arguments, runs, "iterations");
+  show(arguments, base, iterations_table(runs));
+  if (!arguments.no_plot) say_written(write_panels(base, iterations_plots(runs)));
+}
+
 void verification(const Arguments& arguments) {
   const std::vector<VerificationRow> rows = read_rows(arguments.files);
   std::vector<std::string> empty;
@@ -379,6 +387,10 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber);
   forces_command->add_option("--speed", arguments.speed, "U of the Strouhal number")->check(CLI::PositiveNumber);
 
+  CLI::App* iterations_command =
+      add("iterations", "iterations, evaluations and relaxation of each step, wall time: table and plot", iterations);
+  iterations_command->add_option("runs", arguments.files, "results NAME.run.h5; several are compared")->required();
+
   CLI::App* verification_command =
       add("verification", "fills the tables of a page from what tests and cases recorded", verification);
   verification_command
@@ -389,13 +401,14 @@ int main(int argc, char** argv) {
 
   for (CLI::App* command : {convergence_command, forces_command})
     command->add_option("--from", arguments.from, "leave out what is before this time");
-  for (CLI::App* command : {tip_command, l2_command, convergence_command, energy_command, forces_command})
+  for (CLI::App* command :
+       {tip_command, l2_command, convergence_command, energy_command, forces_command, iterations_command})
     command->add_option("--format", arguments.format, "of the table: text, csv, markdown, latex")
         ->check(CLI::IsMember({"text", "csv", "markdown", "latex"}));
-  for (CLI::App* command : {tip_command, convergence_command, energy_command, forces_command})
+  for (CLI::App* command : {tip_command, convergence_command, energy_command, forces_command, iterations_command})
     command->add_flag("--no-plot", arguments.no_plot, "table only");
-  for (CLI::App* command :
-       {tip_command, picture_command, l2_command, convergence_command, energy_command, forces_command}) {
+  for (CLI::App* command : {tip_command, picture_command, l2_command, convergence_command, energy_command,
+                            forces_command, iterations_command}) {
     command->add_option("-o,--output", arguments.directory, "directory for the files (default: beside the run)");
     command->add_flag("--quiet", arguments.quiet, "print the table, warnings and errors only");
   }

@@ -76,7 +76,7 @@ fsi::LoopEnd step_to_the_end(Setup& setup, const RunOptions& options, Recorder& 
                           static_cast<double>(step) * setup.dt, error.what());
     code = error.code();
   }
-  if (ended == fsi::LoopEnd::failed) fail(code, failure, recorder.keep_last_state());
+  if (ended == fsi::LoopEnd::failed) fail(code, failure, recorder.keep_last_state(failure));
   return ended;
 }
 

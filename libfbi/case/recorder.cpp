@@ -125,7 +125,8 @@ bool Recorder::after_step(const fsi::StepClock& clock, const fsi::StepReport& re
   return signal != 0 || late;
 }
 
-std::string Recorder::keep_last_state() {
+std::string Recorder::keep_last_state(const std::string& failure) {
+  history_.write_failure(failure);
   const std::string restart = "fbi-run " + options_.case_path + " --restart last";
   if (clock_.step == first_)
     return first_ > 0

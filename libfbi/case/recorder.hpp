@@ -31,9 +31,9 @@ class Recorder {
   /// Error(diverged) when a number is not finite. Collective.
   bool after_step(const fsi::StepClock& clock, const fsi::StepReport& report);
 
-  /// After a failed step: output and checkpoint of the last accepted state, where they are not there yet. Returns what
-  /// a user should know about them, as the end of a sentence. Collective.
-  std::string keep_last_state();
+  /// After a failed step: the reason in the history; output and checkpoint of the last accepted state, where they are
+  /// not there yet. Returns what a user should know about them, as the end of a sentence. Collective.
+  std::string keep_last_state(const std::string& failure);
 
   /// The last step that was recorded; `first` before there is one.
   GlobalIndex last_step() const { return clock_.step; }

@@ -27,6 +27,13 @@ std::vector<std::string> split(const std::string& line) {
 }
 
 constexpr const char* unit_mark = "# units: ";
+constexpr const char* failure_mark = "# failed: ";
+
+// What follows the mark at the begin of a line; nothing for another line.
+std::optional<std::string> marked(const std::string& line, const std::string& mark) {
+  if (line.compare(0, mark.size(), mark) != 0) return std::nullopt;
+  return line.substr(mark.size());
+}
 
 // Calls `take(line)` for every complete line; a last line without its end is left out.
 template <class Take>
@@ -101,14 +108,28 @@ void History::write(const std::vector<double>& row) {
       if (row.size() != columns_) throw std::logic_error("a history row must have one number per column");
       std::string line;
       for (std::size_t c = 0; c < row.size(); ++c) line += log::format(c ? ",%.17g" : "%.17g", row[c]);
-      line += "\n";
-      // A write that falls short does not say why; the next one does.
-      for (std::size_t done = 0; done < line.size();) {
-        const ssize_t written = ::write(descriptor_, line.data() + done, line.size() - done);
-        if (written < 0 && errno != EINTR) throw_write_error(path_, errno);
-        if (written == 0) throw_write_error(path_, ENOSPC);
-        if (written > 0) done += static_cast<std::size_t>(written);
-      }
+      append(line + "\n");
+    } catch (const std::exception& error) {
+      problem = error.what();
+    }
+  agree_on_error(comm_, ExitCode::file, problem);
+}
+
+void History::append(const std::string& line) {
+  // A write that falls short does not say why; the next one does.
+  for (std::size_t done = 0; done < line.size();) {
+    const ssize_t written = ::write(descriptor_, line.data() + done, line.size() - done);
+    if (written < 0 && errno != EINTR) throw_write_error(path_, errno);
+    if (written == 0) throw_write_error(path_, ENOSPC);
+    if (written > 0) done += static_cast<std::size_t>(written);
+  }
+}
+
+void History::write_failure(const std::string& reason) {
+  std::string problem, line = failure_mark + reason;
+  std::replace(line.begin(), line.end(), '\n', ' ');
+  if (comm_.rank() == 0) try {
+      append(line + "\n");
     } catch (const std::exception& error) {
       problem = error.what();
     }
@@ -125,7 +146,8 @@ HistoryTable read_history(const std::string& path) {
   int number = 0;
   each_line(read_text_file(path), [&](const std::string& line) {
     ++number;
-    if (line.rfind(unit_mark, 0) == 0) table.units = split(line.substr(std::string(unit_mark).size()));
+    if (const auto units = marked(line, unit_mark)) table.units = split(*units);
+    if (const auto failure = marked(line, failure_mark)) table.failure = *failure;
     if (line.empty() || line[0] == '#') return;
     const std::vector<std::string> fields = split(line);
     if (table.columns.empty()) {

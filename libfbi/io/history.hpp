@@ -4,6 +4,7 @@
 ///     # units: -,time,...
 ///     step,time,dt,newton,...
 ///     1,0.0001,...
+///     # failed: step 2 (t = 0.0002): ...
 #pragma once
 
 #include <optional>
@@ -40,8 +41,13 @@ class History {
   /// Appends one row, one number per column, with 17 digits, and hands it to the system. Only the values of rank 0
   /// count. Throws Error(file) on all ranks when it cannot be written. Collective.
   void write(const std::vector<double>& row);
+  /// Appends why the step after the last row failed, on one line; going on from a checkpoint drops it. Throws as write.
+  /// Collective.
+  void write_failure(const std::string& reason);
 
  private:
+  void append(const std::string& line);  // rank 0
+
   Comm comm_;
   std::string path_;
   std::size_t columns_;
@@ -53,6 +59,7 @@ struct HistoryTable {
   std::vector<std::string> columns;
   std::vector<std::string> units;
   std::vector<std::vector<double>> rows;  ///< shape=(rows,columns)
+  std::string failure;                    ///< why the step after the last row failed; empty when none did
 
   /// Number of a column, -1 when there is none of that name.
   int column(const std::string& name) const;

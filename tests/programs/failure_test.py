@@ -50,6 +50,9 @@ class Failures(ProgramTest):
         self.generate(case)
         self.expect_error(4, self.run_program("fbi-run", "reed.h5"), "step 1 (t = 0.001) did not converge",
                           "coupling.max_iterations", "no step was finished")
+        self.assertIn("# failed: step 1 (t = 0.001) did not converge", (self.folder / "reed.run.csv").read_text())
+        table = self.run_program("fbi-post", "iterations", "reed.run.h5", "--no-plot", "--format", "csv")
+        self.assertTrue(table.out.splitlines()[1].endswith(",1"), table)  # the step that failed
         self.check_readable()
 
     def test_not_finite_from_the_start(self):

@@ -83,6 +83,28 @@ TEST(History, ARestartCutsWhatComesAfterItsStep) {
   }
 }
 
+TEST(History, AFailureIsKeptUntilTheRunGoesOn) {
+  const Comm comm;
+  const Scratch scratch(comm);
+  const std::string path = scratch / "a.run.csv";
+  {
+    History history(comm, path, "title", columns());
+    history.write(row(1));
+    history.write_failure("step 2 (t = 0.2) did not converge:\nresidual 1, 2 and 3");
+  }
+  if (comm.rank() == 0) {
+    const HistoryTable table = read_history(path);
+    EXPECT_EQ(table.rows.size(), 1u);
+    EXPECT_EQ(table.failure, "step 2 (t = 0.2) did not converge: residual 1, 2 and 3");
+  }
+  MPI_Barrier(comm.get());
+  { const History again(comm, path, "title", columns(), 1); }
+  if (comm.rank() == 0) {
+    EXPECT_EQ(read_history(path).rows.size(), 1u);
+    EXPECT_EQ(read_history(path).failure, "");
+  }
+}
+
 TEST(History, AnIncompleteLastRowIsLeftOutAndAWrongOneIsAnError) {
   const Comm comm;
   if (comm.rank() != 0) return;
