@@ -29,9 +29,17 @@ const io::HistoryTable& rows_or_failure(const Run& run) {
   return run.history && !run.history->failure.empty() ? *run.history : history_of(run);
 }
 
-bool any_has(const std::vector<Run>& runs, const char* column) {
-  return std::any_of(runs.begin(), runs.end(),
-                     [column](const Run& run) { return rows_or_failure(run).column(column) >= 0; });
+/// Number of a column that counts something in this run; -1: it is missing, or zero in every step.
+int used_column(const Run& run, const char* name) {
+  const io::HistoryTable& history = rows_or_failure(run);
+  const int column = history.column(name);
+  const bool used = column >= 0 && std::any_of(history.rows.begin(), history.rows.end(),
+                                               [column](const std::vector<double>& row) { return row[column] != 0.0; });
+  return used ? column : -1;
+}
+
+bool any_has(const std::vector<Run>& runs, const char* name) {
+  return std::any_of(runs.begin(), runs.end(), [name](const Run& run) { return used_column(run, name) >= 0; });
 }
 
 }  // namespace
@@ -52,8 +60,8 @@ Table iterations_table(const std::vector<Run>& runs) {
     const double steps = static_cast<double>(history.rows.size());
     std::vector<Table::Cell> row = {run.name, static_cast<GlobalIndex>(history.rows.size())};
     for (const Counter& counter : counters) {
-      const int column = history.column(counter.column);
-      if (column < 0 || history.rows.empty()) {
+      const int column = used_column(run, counter.column);
+      if (column < 0) {
         row.insert(row.end(), {std::string("-"), std::string("-")});
         continue;
       }
@@ -89,7 +97,7 @@ std::vector<Plot> iterations_plots(const std::vector<Run>& runs) {
     for (const Run& run : runs) {
       Curve curve{run.name, {}};
       const io::HistoryTable& history = rows_or_failure(run);
-      const int column = history.column(counter.column), time = history.column("time");
+      const int column = used_column(run, counter.column), time = history.column("time");
       for (const std::vector<double>& row : history.rows)
         if (column >= 0 && time >= 0) curve.rows.push_back({row[time], row[column]});
       // gnuplot draws no curve without points; one that is not a number keeps colors and key in step
