@@ -68,8 +68,13 @@ BeamField::BeamField(const mesh::FiberMesh& fibers, const std::vector<FiberParam
                      const BeamTimeParameters& time, const Vec3& gravity) {
   agree_on_error(fibers.comm, ExitCode::geometry, check_straight(fibers, groups));
   agree_on_error(fibers.comm, ExitCode::geometry, check_direction(fibers, groups));
-  implementation_ = std::make_unique<Implementation>(fibers, groups, time, gravity);
   std::string error;
+  try {
+    implementation_ = std::make_unique<Implementation>(fibers, groups, time, gravity);
+  } catch (const Error& refused) {
+    error = refused.what();
+  }
+  agree_on_error(fibers.comm, ExitCode::geometry, error);
   if (!fibers.joined.empty()) implementation_->joints = std::make_unique<Joints>(*implementation_, error);
   agree_on_error(fibers.comm, ExitCode::usage, error);
 }
@@ -107,7 +112,11 @@ void BeamField::begin_step(double time, double dt) {
   b.level = Level();
   b.level.time = time;
   const bool dynamic = b.parameters.scheme != TimeScheme::static_;
-  if (dynamic && b.at_start && time < 1.5 * dt) b.start_moving_supports(dt);  // not after a restart
+  if (dynamic && b.at_start && time < 1.5 * dt) {  // not after a restart
+    b.start_moving_supports(dt);
+    const std::string torn = b.joints != nullptr ? b.joints->start_moving_supports(b) : "";
+    agree_on_error(b.mesh.comm, ExitCode::usage, torn);
+  }
   b.evaluated = false;
   b.dofs = b.dofs_n;
   b.velocity = b.velocity_n;
@@ -252,7 +261,9 @@ void BeamField::increment(const std::vector<double>& delta) {
   for (Index f = 0; f < b.mesh.fibers(); ++f) {
     const Fiber& fiber = b.fibers[f];
     if (fiber.formulation == nullptr) continue;
-    if (b.has_triads(f)) {
+    if (b.has_triads(f) && b.is_joined(f)) {
+      b.triads->add_turns(b, f, b.joints->turns(b, f), 1.0);
+    } else if (b.has_triads(f)) {
       if (!b.triads->is_condensed(f)) {
         b.evaluate(f, true);
         b.factorize(f);
@@ -329,6 +340,9 @@ std::vector<double> BeamField::reactions(const std::vector<double>& force) const
       for (int k = 0; k < 6; ++k) all[k] = free[k] = b.full[dof + k] - (force.empty() ? 0.0 : force[dof + k]);
       support.constraint.project(free);
       for (int k = 0; k < 6; ++k) reaction[dof + k] = all[k] - free[k];
+      if (!b.has_triads(f) || !b.triads->is_held(fiber.first_node + support.node)) continue;
+      const Vec3 moment = b.triads->support_moment(fiber.first_node + support.node);
+      for (int k = 0; k < 3; ++k) reaction[dof + 3 + k] += moment[k];
     }
   }
   return reaction;

@@ -73,8 +73,8 @@ class BeamField {
   /// shape=(rows, 2*nodes): d_1, t_1, d_2, ..., the same for each direction.
   void compliance(Index fiber, const double* d, Index rows, RowMatrix& block) const;
   /// Adds an increment to the iterate and updates end velocity and acceleration with it. Joints go along by what the
-  /// last solve() of all fibers found, triads turn by what the last linearisation at this iterate says, which is made if
-  /// there is none.
+  /// last solve() of all fibers found, triads turn by what the last linearisation at this iterate says, which is made
+  /// if there is none.
   void increment(const std::vector<double>& delta);
 
   /// Newton per fiber with the coupling force entering the residual as -force (already weighted w f_{n+1} + (1-w) f_n),
@@ -93,7 +93,8 @@ class BeamField {
 
   /// Reaction of supports at the generalised-alpha level of the current iterate: residual of constrained DoFs including
   /// the coupling force `force` (weighted), shape=(nodes,6), zero elsewhere. Position parts are forces exerted on the
-  /// fiber.
+  /// fiber. Tangent parts are generalised forces f, the moment t x f; at clamped triads they are the moment itself,
+  /// with its part about the fiber, in the axes x, y, z [force length].
   std::vector<double> reactions(const std::vector<double>& force) const;
   /// Position columns of the consistent mass times a nodal rate: total linear momentum of this rank's fibers.
   Vec3 linear_momentum(const std::vector<double>& rate) const;

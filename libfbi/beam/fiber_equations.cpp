@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
+
+#include "base/error.hpp"
 
 namespace fbi::beam {
 namespace {
@@ -88,11 +91,12 @@ FiberEquations::FiberEquations(const mesh::FiberMesh& fiber_mesh, const std::vec
     ++moving;
     fiber.supports = supports_of(group, mesh, f, parameters.scheme != TimeScheme::static_);
     for (const NodeSupport& support : fiber.supports) fiber.moving_supports = fiber.moving_supports || support.moves();
-    any_motion = any_motion || fiber.moving_supports;
     fiber.mass_damping = group.damping.mass;
     fiber.stiffness_damping = group.damping.stiffness;
     if (group.formulation == Formulation::torsion_free) band_total += band_size(fiber.dofs());
   }
+  move_joined_nodes();
+  for (const Fiber& fiber : fibers) any_motion = any_motion || fiber.moving_supports;
   const std::size_t size = 6 * static_cast<std::size_t>(mesh.nodes());
   for (NodalField* field : {&velocity_n, &acceleration_n, &internal_n, &external_n, &work_n, &velocity, &acceleration,
                             &internal, &external, &residual, &full})
@@ -106,9 +110,8 @@ FiberEquations::FiberEquations(const mesh::FiberMesh& fiber_mesh, const std::vec
   dofs = dofs_n;
   if (any_motion) shift.assign(size, 0.0);
   if (loads.has_followers()) frames.initialize(mesh);
-  any_rigid = std::any_of(groups.begin(), groups.end(), [](const FiberParameters& group) {
-    return group.formulation == Formulation::rigid;
-  });
+  any_rigid = std::any_of(groups.begin(), groups.end(),
+                          [](const FiberParameters& group) { return group.formulation == Formulation::rigid; });
   if (any_rigid) {
     pose_n.assign(size, 0.0);
     motion_n.assign(size, 0.0);
@@ -133,6 +136,41 @@ FiberEquations::FiberEquations(const mesh::FiberMesh& fiber_mesh, const std::vec
   pivot.assign(size, 0);
   band.assign(band_total, 0.0);
   loads.evaluate(0.0, parameters.scheme == TimeScheme::static_ ? 0.0 : 1.0, load_values);
+}
+
+// A support that moves a node moves those joined to it as well: Newmark's updates of a displacement that the others
+// give to them would ring.
+void FiberEquations::move_joined_nodes() {
+  const auto fiber_of = [this](Index node) -> Fiber& {
+    const auto after = std::upper_bound(mesh.first_node.begin(), mesh.first_node.end(), node);
+    return fibers[static_cast<std::size_t>(after - mesh.first_node.begin()) - 1];
+  };
+  const auto support_of = [](const Fiber& fiber, Index node) { return fiber.support_at(node - fiber.first_node); };
+  for (bool changed = !mesh.joints.empty(); changed;) {
+    changed = false;
+    for (const mesh::FiberMesh::LocalJoint& joint : mesh.joints)
+      for (const auto& [from, to] : {std::pair(joint.a, joint.b), std::pair(joint.b, joint.a)}) {
+        const NodeSupport* source = support_of(fiber_of(from), from);
+        if (source == nullptr || !source->motion) continue;
+        Fiber& fiber = fiber_of(to);
+        const NodeSupport* other = support_of(fiber, to);
+        if (other != nullptr && other->motion) continue;
+        const std::string& name = mesh.name[static_cast<std::size_t>(&fiber - fibers.data())];
+        if (fiber.formulation == nullptr || other != nullptr)
+          throw Error(ExitCode::geometry, "fiber \"" + name +
+                                              "\" is held where a joint ties it to a support that moves; "
+                                              "remove the joint, or give both supports the same \"motion\"");
+        NodeSupport support;
+        support.node = to - fiber.first_node;
+        support.reference = Vec3(&mesh.position[3 * static_cast<std::size_t>(to)]);
+        support.constraint =
+            NodeConstraint(EndCondition::pinned, Vec3(&mesh.tangent[3 * static_cast<std::size_t>(to)]));
+        support.motion = source->motion;
+        support.begin_step(0.0, 0.0, 0.0);
+        fiber.supports.push_back(support);
+        fiber.moving_supports = changed = true;
+      }
+  }
 }
 
 // Internal, inertial and external forces of one fiber, G_b = residual (supports projected out), K_b in the band on

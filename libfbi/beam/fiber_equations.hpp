@@ -101,11 +101,16 @@ struct FiberEquations {
   void assemble_mass(Index f);
   /// Adds to one diagonal entry of the band of one fiber; the supports are not looked at.
   void add_to_diagonal(Index f, Index dof, double value) {
+    if (has_triads(f)) return triads->add_to_diagonal(*this, f, dof, value);
     band[fibers[f].band + band_entry(dof, dof)] += value;
   }
-  /// Stiffness of the springs at joints in statics: a position (part 0) or tangent (part 1) held by one element.
+  /// EI [force length^2], the largest of both axes with triads.
+  double bending_stiffness(Index f) const {
+    return has_triads(f) ? triads->section[f].moment.tail<2>().maxCoeff() : fibers[f].section.bending_stiffness;
+  }
+  /// Stiffness of the springs at joints in statics: a position (part 0), tangent or triad held by one element.
   double joint_spring(Index f, int part) const {
-    const double length = shortest_element(fibers[f]), stiffness = fibers[f].section.bending_stiffness;
+    const double length = shortest_element(fibers[f]), stiffness = bending_stiffness(f);
     return part == 0 ? 12 * stiffness / (length * length * length) : 4 * stiffness / length;
   }
   /// Factorises the band of one fiber; false when it is singular or not finite.
@@ -126,6 +131,15 @@ struct FiberEquations {
   void balance_at_start(Index f, const double* force);
   /// b = K_b^-1 b with supports projected out, b of shape=(dofs,columns) row-major; not a number where K_b is singular.
   void solve(Index f, double* b, Index columns) const;
+  /// Number of unknowns: DoFs, and with triads their turns.
+  Index unknowns(Index f) const { return (has_triads(f) ? 2 : 1) * fibers[f].dofs(); }
+  /// The same for all unknowns, b of shape=(unknowns,columns).
+  void solve_all(Index f, double* b, Index columns) const {
+    if (has_triads(f))
+      triads->solve_all(*this, f, b, columns);
+    else
+      solve(f, b, columns);
+  }
   /// Velocity and acceleration that belong to the iterate.
   void update_rates(const Fiber& fiber);
   /// Makes the residual and the solves of linearised fibers those of the center line alone.
@@ -136,6 +150,7 @@ struct FiberEquations {
   void add_increment(const Fiber& fiber, const double* delta, double factor);
 
  private:
+  void move_joined_nodes();
   void evaluate_rigid(Index f, bool with_tangent);
   Vec3 rigid_loads(Index f, const LoadValues& values, const RigidFiber::State& state, double* forces) const;
   void add_point_loads(Index f, Index e, ElementMatrix* tangent);

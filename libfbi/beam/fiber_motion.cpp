@@ -87,7 +87,7 @@ void FiberEquations::set_initial_velocity() {
       rigid[f].store(rigid[f].last, &pose_n[first], &motion_n[first]);
     } else {
       fiber.project_increment(&velocity_n[first]);
-      if (has_triads(f)) triads->set_initial_spin(*this, f);
+      if (has_triads(f)) triads->set_initial_spin(*this, f, given);
     }
   }
   velocity = velocity_n;

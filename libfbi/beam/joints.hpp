@@ -18,6 +18,11 @@ namespace fbi::beam {
 /// tangents g: R n . t = 0 for the two n normal to each g, mu for it the couple that bends the fiber; the moments of
 /// all couples on R are in balance. Forces of joints act in the mean of their directions at t_n and t_{n+1}, weighted
 /// as internal forces are. Where two fibers of one section continue each other, a rigid joint demands equal tangents.
+/// Fibers with triads take part with their sections: log((R G)^T Lambda) = 0 for the triad G at rest, mu a moment in
+/// the axes of Lambda; their tangents are free to shear unless two such fibers of one section continue each other.
+///
+/// Vectors of all unknowns hold those of the group's fibers one after the other: of each the center line,
+/// shape=(6 nodes), then, with triads, the turns, shape=(6 nodes).
 class Joints {
  public:
   /// Text of what cannot be computed goes to `error`: joints of fibers of other formulations.
@@ -28,6 +33,8 @@ class Joints {
   /// Number of multipliers and turns of a group.
   Index unknowns(Index group) const;
   Index dofs(Index group) const;  ///< of all its fibers
+  /// First unknown of each fiber of a group in vectors of all unknowns, shape=(fibers+1).
+  const std::vector<Index>& first_unknowns(Index group) const;
 
   /// Values of the group's fibers, one after the other, shape=(dofs), out of and into a nodal field.
   std::vector<double> gather(Index group, const NodalField& field) const;
@@ -47,9 +54,14 @@ class Joints {
   void add_springs(FiberEquations& equations, Index group) const;
   /// Prepares solve() from the factors of the group's fibers; false when the group is singular or not finite.
   bool factorize(const FiberEquations& equations, Index group);
-  /// Forces of the group's fibers, shape=(dofs), become their increments, including what closes the gaps of the
-  /// constraints; the increments of multipliers and turns wait for advance().
+  /// Forces on all unknowns of the group become increments, including what closes the gaps of the constraints; the
+  /// increments of multipliers and turns of joints wait for advance().
+  void solve_all(const FiberEquations& equations, Index group, std::vector<double>& b);
+  /// The same for forces on center lines, shape=(dofs), after the triads were eliminated from the residual
+  /// (FiberEquations::condense); turns() then has the increments of the triads.
   void solve(const FiberEquations& equations, Index group, std::vector<double>& b);
+  /// Turns of the triads of fiber `f` that belong to the last solve(), shape=(6 nodes).
+  const double* turns(const FiberEquations& equations, Index f) const;
   /// Adds factor times what the last solve() found to multipliers and turns.
   void advance(Index group, double factor);
   /// D K^-1 D^T of the group, rows of its fibers one after the other; `d[i]`, shape=(rows[i], 2 nodes), of fiber i.
@@ -66,9 +78,12 @@ class Joints {
   /// Adds what the joints do to initial accelerations, from the mass factors of the fibers in their bands. Text when
   /// the initial velocities tear a joint apart.
   std::string balance_acceleration(FiberEquations& equations);
+  /// The same for the groups whose supports begin to move, after FiberEquations::start_moving_supports.
+  std::string start_moving_supports(FiberEquations& equations);
 
  private:
   struct Group;
+  std::string balance_acceleration(FiberEquations& equations, Index group);
   std::vector<Group> groups_;
 };
 

@@ -55,7 +55,7 @@ TriadField::TriadField(FiberEquations& equations) {
   const mesh::FiberMesh& mesh = equations.mesh;
   const std::size_t nodes = static_cast<std::size_t>(mesh.nodes());
   for (std::vector<double>* field : {&rotation_n, &spin_n, &spin_rate_n, &moment_n, &external_n, &work_n, &spin,
-                                     &spin_rate, &moment, &external, &residual, &turn})
+                                     &spin_rate, &moment, &external, &residual, &held_moment, &turn})
     field->assign(6 * nodes, 0.0);
   triad_n.assign(2 * nodes, Quaternion::Identity());
   share_.assign(2 * nodes, 0.0);
@@ -253,7 +253,7 @@ void TriadField::evaluate(FiberEquations& equations, Index f, bool with_tangent)
       sum += inertia_t.cwiseProduct(level_rate);
       if (with_tangent) block += level.inertia * (inertia_t.asDiagonal() * map);
     }
-    if (held_[all] == 0) set(residual, all, sum);
+    set(held_[all] == 0 ? residual : held_moment, all, sum);
     if (!with_tangent) continue;
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) at(band, place + i, place + j) += block(i, j);
@@ -427,23 +427,35 @@ void TriadField::solve(const FiberEquations& equations, Index f, double* b, Inde
   fiber.project_increment(b, columns);
 }
 
-void TriadField::solve_all(const FiberEquations& equations, Index f, double* b) const {
+void TriadField::solve_all(const FiberEquations& equations, Index f, double* b, Index columns) const {
   const Fiber& fiber = equations.fibers[f];
-  const std::size_t nodes = static_cast<std::size_t>(fiber.nodes);
+  const std::size_t nodes = static_cast<std::size_t>(fiber.nodes), block = 6 * static_cast<std::size_t>(columns);
   if (singular_[f]) {
-    std::fill_n(b, 12 * nodes, std::numeric_limits<double>::quiet_NaN());
+    std::fill_n(b, 2 * nodes * block, std::numeric_limits<double>::quiet_NaN());
     return;
   }
-  std::vector<double> x(12 * nodes);
+  fiber.project(b, columns);
+  for (const NodeSupport& support : fiber.supports)
+    if (is_held(fiber.first_node + support.node))
+      std::fill_n(b + (nodes + static_cast<std::size_t>(support.node)) * block, block / 2, 0.0);
+  std::vector<double> x(2 * nodes * block);
   for (std::size_t n = 0; n < nodes; ++n) {
-    std::copy_n(b + 6 * n, 6, &x[12 * n]);
-    std::copy_n(b + 6 * (nodes + n), 6, &x[12 * n + 6]);
+    std::copy_n(b + n * block, block, &x[2 * n * block]);
+    std::copy_n(b + (nodes + n) * block, block, &x[(2 * n + 1) * block]);
   }
-  TriadBand::solve(band_.data() + band_begin_[f], &pivot_[2 * fiber.first_dof()], unknowns * fiber.nodes, x.data(), 1);
+  TriadBand::solve(band_.data() + band_begin_[f], &pivot_[2 * fiber.first_dof()], unknowns * fiber.nodes, x.data(),
+                   columns);
   for (std::size_t n = 0; n < nodes; ++n) {
-    std::copy_n(&x[12 * n], 6, b + 6 * n);
-    std::copy_n(&x[12 * n + 6], 6, b + 6 * (nodes + n));
+    std::copy_n(&x[2 * n * block], block, b + n * block);
+    std::copy_n(&x[(2 * n + 1) * block], block, b + (nodes + n) * block);
   }
+  fiber.project_increment(b, columns);
+}
+
+void TriadField::add_to_diagonal(const FiberEquations& equations, Index f, Index unknown, double value) {
+  const Index size = equations.fibers[f].dofs(), i = unknown % size;
+  const Index row = unknowns * (i / 6) + i % 6 + (unknown < size ? 0 : first_turn);
+  at(tangent_.data() + band_begin_[f], row, row) += value;
 }
 
 std::vector<double> TriadField::turns(const FiberEquations& equations, Index f, const double* delta) const {
@@ -492,21 +504,31 @@ void TriadField::update_rates(const FiberEquations& equations, Index f) {
   }
 }
 
-void TriadField::set_initial_spin(const FiberEquations& equations, Index f) {
+void TriadField::set_initial_spin(const FiberEquations& equations, Index f, const input::VectorExpression& given) {
   const Fiber& fiber = equations.fibers[f];
+  const double spacing = 1e-3 * equations.shortest_element(fiber);
   for (Index e = 0; e + 1 < fiber.nodes; ++e) {
     const std::size_t node = static_cast<std::size_t>(fiber.first_node + e);
     const double length = equations.element_length(fiber)[e];
     for (std::size_t c = 0; c < 3; ++c) {
       const std::size_t all = 2 * node + c;
       const std::array<double, 4> h = fem::hermite_first(static_cast<double>(c) - 1.0);
-      Vec3 tangent = Vec3::Zero(), rate = Vec3::Zero();
+      Vec3 tangent = Vec3::Zero(), rate = Vec3::Zero(), x = Vec3::Zero();
+      const std::array<double, 4> h0 = fem::hermite(static_cast<double>(c) - 1.0);
       for (std::size_t i = 0; i < 4; ++i) {
         const double weight = h[i] * (i % 2 == 0 ? 2 / length : 1.0);
+        x += h0[i] * (i % 2 == 0 ? 1.0 : 0.5 * length) * Vec3(&equations.dofs_n[6 * node + 3 * i]);
         tangent += weight * Vec3(&equations.dofs_n[6 * node + 3 * i]);
         rate += weight * Vec3(&equations.velocity_n[6 * node + 3 * i]);
       }
-      const Vec3 omega = tangent.cross(rate) / tangent.squaredNorm();
+      Vec3 omega = tangent.cross(rate) / tangent.squaredNorm();
+      if (equations.mesh.is_joined(f)) {
+        Mat3 gradient;
+        for (int k = 0; k < 3; ++k) gradient.col(k) = derivative_along(given, x, Vec3::Unit(k), 0.0, spacing);
+        const Vec3 curl(gradient(2, 1) - gradient(1, 2), gradient(0, 2) - gradient(2, 0),
+                        gradient(1, 0) - gradient(0, 1));
+        omega += 0.5 * curl.dot(tangent) / tangent.squaredNorm() * tangent;
+      }
       set(spin_n, all, held_[all] != 0 ? Vec3(Vec3::Zero()) : Vec3(triad_n[all].conjugate() * omega));
       set(spin, all, three(spin_n, all));
     }

@@ -31,13 +31,21 @@ struct TriadField {
   // iterate at t_{n+1}
   std::vector<Quaternion> triad_n, triad;  // two a node
   std::vector<double> spin, spin_rate, moment, external;
-  std::vector<double> residual;  // with held triads projected out
-  std::vector<double> turn;      // Delta
+  std::vector<double> residual;     // with held triads projected out
+  std::vector<double> held_moment;  // residual of held triads: what their supports exert
+  std::vector<double> turn;         // Delta
 
   /// Reference triads: first axes along the center line, second axes carried along without twist from `direction`.
   explicit TriadField(FiberEquations& equations);
 
   bool is_condensed(Index f) const { return condensed_[f] != 0; }
+  /// A support holds the triad of a node of this rank.
+  bool is_held(Index node) const { return held_[2 * static_cast<std::size_t>(node)] != 0; }
+  /// Moment that the support exerts on the held triad of a node, in the axes x, y, z.
+  Vec3 support_moment(Index node) const {
+    const std::size_t t = 2 * static_cast<std::size_t>(node);
+    return triad[t] * Vec3(&held_moment[3 * t]);
+  }
   bool has(Index f) const { return band_begin_[f + 1] > band_begin_[f]; }
   /// Sets the iterate to the state.
   void begin_step();
@@ -55,15 +63,18 @@ struct TriadField {
   void condense(FiberEquations& equations, Index f);
   /// x = K^-1 [b; 0], of which the center line is kept: b of shape=(6 nodes,columns) row-major.
   void solve(const FiberEquations& equations, Index f, double* b, Index columns) const;
-  /// x = K^-1 b for all unknowns, b of shape=(12 nodes).
-  void solve_all(const FiberEquations& equations, Index f, double* b) const;
+  /// x = K^-1 b for all unknowns with supports projected out, b of shape=(12 nodes,columns) row-major.
+  void solve_all(const FiberEquations& equations, Index f, double* b, Index columns = 1) const;
+  /// Adds to one diagonal entry of the tangent, before it is factorised; `unknown` of center line or turns.
+  void add_to_diagonal(const FiberEquations& equations, Index f, Index unknown, double value);
   /// Turns that belong to an increment of the center line at the last condensation, -K_rr^-1 (G_r + K_rc delta).
   std::vector<double> turns(const FiberEquations& equations, Index f, const double* delta) const;
   /// Turns the triads by factor * turns, shape=(6 nodes), and updates spins.
   void add_turns(const FiberEquations& equations, Index f, const double* turns, double factor);
   void update_rates(const FiberEquations& equations, Index f);
-  /// Spins that turn the center line as its velocity says, without twist.
-  void set_initial_spin(const FiberEquations& equations, Index f);
+  /// Spins that turn the center line as its velocity says, without twist; of joined fibers, whose sections turn each
+  /// other, with the twist that half the curl of the formulas has.
+  void set_initial_spin(const FiberEquations& equations, Index f, const input::VectorExpression& given);
   /// Angular acceleration from equilibrium.
   void initialize(const FiberEquations& equations, Index f);
 

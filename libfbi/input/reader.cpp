@@ -27,7 +27,7 @@ void Reader::read(const Node& root, const Describe& describe, std::vector<Compla
 void Reader::read_object(const Node& node, const std::string& path, const Describe& describe) {
   positions_[path] = node.position;
   for (const Node::Member& member : node.members) positions_.emplace(join(path, member.key), member.value.position);
-  frames_.push_back({&node, path, {}});
+  frames_.push_back({&node, path, {}, {}});
   describe(*this);
   const std::vector<std::string>& keys = frames_.back().keys;
   std::set<std::string> misspelt;
