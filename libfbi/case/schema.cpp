@@ -153,8 +153,8 @@ void check_time(Visitor& v, CaseParameters& p) {
       continue;
     }
     if (!p.joints.empty()) continue;  // another fiber may hold it
-    if (fiber.start == beam::EndCondition::free && fiber.end == beam::EndCondition::free &&
-               fiber.supports.empty() && has_equations(p.fibers[i])) {
+    if (fiber.start == beam::EndCondition::free && fiber.end == beam::EndCondition::free && fiber.supports.empty() &&
+        has_equations(p.fibers[i])) {
       v.error("fibers[" + std::to_string(i) + "]",
               "a free fiber has no static equilibrium; add for example \"clamped\": \"start\"");
     } else if (fiber.formulation == beam::Formulation::simo_reissner && can_turn(fiber.start) && can_turn(fiber.end) &&
@@ -165,6 +165,23 @@ void check_time(Visitor& v, CaseParameters& p) {
               "equilibrium; use for example \"clamped\": \"start\"");
     }
   }
+}
+
+/// Fibers that cannot have joints, where they are named.
+void check_joints(Visitor& v, const CaseParameters& p) {
+  for (std::size_t i = 0; i < p.joints.size(); ++i)
+    for (std::size_t side = 0; side < 2; ++side) {
+      const std::string& name = p.joints[i].fiber[side];
+      for (const FiberGroup& group : p.fibers) {
+        const beam::Formulation formulation = group.physics.formulation;
+        if (name.substr(0, name.find('/')) != group.physics.name ||
+            (formulation != beam::Formulation::rigid && formulation != beam::Formulation::prescribed))
+          continue;
+        v.error("joints[" + std::to_string(i) + (side == 0 ? "].a" : "].b"),
+                "fiber \"" + name + "\" is " + (formulation == beam::Formulation::rigid ? "rigid" : "prescribed") +
+                    "; joints go with the formulations torsion_free, simo_reissner and fixed");
+      }
+    }
 }
 
 /// Options of different objects that exclude each other.
@@ -222,6 +239,7 @@ void describe_case(Visitor& v, CaseParameters& p) {
   if (!v.reading()) return;
   check_parts(v, p);
   check_time(v, p);
+  check_joints(v, p);
   check_nonlinear(v, p);
 }
 

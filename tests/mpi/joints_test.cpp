@@ -8,7 +8,8 @@ namespace fbi::test {
 namespace {
 
 /// A post, an arm rigidly joined to its top and a thread that hangs on a hinge at the arm's end; a second post alone.
-Json flag() {
+/// `sheared`: post and arm with shear and torsion.
+Json flag(bool sheared = false) {
   Json json = small_beam(R"({ "time": { "step": 1e-3, "end": 0.012 } })");
   set_inflow(json, 20.0, 0.01);
   const auto shape = [](double x0, double y0, double x1, double y1) {
@@ -25,6 +26,12 @@ Json flag() {
   alone["curve"] = shape(0.71, 0, 0.71, 0.5);
   arm["curve"] = shape(1.41, 0.4, 1.61, 0.45);
   thread["curve"] = shape(1.61, 0.45, 1.61, 0.2);
+  if (sheared)
+    for (Json* fiber : {&post, &arm}) {
+      (*fiber)["formulation"] = "simo_reissner";
+      (*fiber)["section"] = {{"radius", 5.6419e-3}};
+      (*fiber)["material"]["poisson"] = 0.3;
+    }
   json["fibers"] = Json::array({thread, alone, arm, post});
   json["joints"] =
       Json::array({Json{{"a", "post"}, {"b", "arm"}, {"type", "rigid"}}, Json{{"a", "arm"}, {"b", "thread"}}});
@@ -38,8 +45,7 @@ void broadcast(std::vector<double>& values) {
   MPI_Bcast(values.data(), static_cast<int>(size), MPI_DOUBLE, 0, MPI_COMM_WORLD);
 }
 
-TEST(JointsInFluid, SameOnAllRanks) {
-  Json json = flag();
+void same_on_all_ranks(Json json) {
   tighten(json, 1e-11, 1e-8);
   Snapshot expected;
   const Comm world;
@@ -63,8 +69,11 @@ TEST(JointsInFluid, SameOnAllRanks) {
   EXPECT_GT(run.comm().max(std::abs(run.tip(2)[0])), 1e-3);
 }
 
-TEST(JointsInFluid, MonolithicAndAitkenAgree) {
-  Json json = flag();
+TEST(JointsInFluid, SameOnAllRanks) {
+  for (const bool sheared : {false, true}) same_on_all_ranks(flag(sheared));
+}
+
+void monolithic_and_aitken_agree(Json json, const std::string& name) {
   tighten(json, 1e-11, 1e-8);
   CoupledCase together(json);
   json["coupling"]["scheme"] = "aitken";
@@ -81,14 +90,18 @@ TEST(JointsInFluid, MonolithicAndAitkenAgree) {
   EXPECT_LE(displacement, 1e-8);
   record({.section = "Coupling",
           .id = "",
-          .check = "fibers with a rigid joint and a hinge in a reversing flow: monolithic against aitken, 4 steps",
+          .check = name + " with a rigid joint and a hinge in a reversing flow: monolithic against aitken, 4 steps",
           .source = "identity",
           .error = std::max(velocity, displacement),
           .bar = "1e-8"});
 }
 
-TEST(JointsInFluid, RestartIsBitwise) {
-  const Json json = flag();
+TEST(JointsInFluid, MonolithicAndAitkenAgree) {
+  monolithic_and_aitken_agree(flag(), "fibers");
+  if (Comm().size() == 1) monolithic_and_aitken_agree(flag(true), "two simo_reissner fibers and a torsion_free one");
+}
+
+void restart_is_bitwise(const Json& json) {
   const Comm world;
   const Scratch scratch(world);
   const io::RunPaths paths = io::run_paths(scratch / "case.run.h5");
@@ -104,6 +117,10 @@ TEST(JointsInFluid, RestartIsBitwise) {
   const auto a = whole.beams().state(), b = again.beams().state();
   for (std::size_t k = 0; k < a.size(); ++k) EXPECT_EQ(*a[k].second, *b[k].second) << a[k].first;
   EXPECT_EQ(whole.system().lambda_old(), again.system().lambda_old());
+}
+
+TEST(JointsInFluid, RestartIsBitwise) {
+  for (const bool sheared : {false, true}) restart_is_bitwise(flag(sheared));
 }
 
 }  // namespace

@@ -226,6 +226,38 @@ TEST(Momentum, bdf2) {
           .bar = "1e-8"});
 }
 
+// A post and an arm with shear and torsion, jointed, and a torsion-free thread on the arm.
+TEST(Momentum, jointed_fibers_of_both_formulations) {
+  Json json = small_beam(R"({ "time": { "step": 1e-3, "end": 0.02 } })");
+  set_inflow(json, 20.0, 0.01);
+  tighten(json, 1e-11, 1e-6);
+  Json post = json["fibers"][0];
+  post["name"] = "post";
+  post["formulation"] = "simo_reissner";
+  post["section"] = {{"radius", 5.6419e-3}};
+  post["material"]["poisson"] = 0.3;
+  const auto line = [](double x0, double y0, double x1, double y1) {
+    return Json{{"type", "line"}, {"from", {x0, y0, 0.031}}, {"to", {x1, y1, 0.031}}};
+  };
+  post["curve"] = line(1.41, 0, 1.41, 0.4);
+  Json arm = post, thread = json["fibers"][0];
+  arm["name"] = "arm";
+  arm["curve"] = line(1.41, 0.4, 1.61, 0.45);
+  thread["name"] = "thread";
+  thread["curve"] = line(1.61, 0.45, 1.61, 0.2);
+  arm.erase("clamped");
+  thread.erase("clamped");
+  json["fibers"] = Json::array({post, arm, thread});
+  json["joints"] =
+      Json::array({Json{{"a", "post"}, {"b", "arm"}, {"type", "rigid"}}, Json{{"a", "arm"}, {"b", "thread"}}});
+  const Budget budget = run_budget(json, 20);
+  report_budget("jointed fibers of both formulations", budget);
+  EXPECT_LE(budget.fluid, 1e-8);
+  EXPECT_LE(budget.fibers, 1e-8);
+  EXPECT_LE(budget.total, 1e-8);
+  EXPECT_GT(budget.clamp, 1e-4);
+}
+
 // A fiber clamped at a floor that holds the fluid: its force enters the balance of floor nodes too. Forces on all faces
 // and on the fiber are what the fluid loses.
 TEST(Momentum, forces_on_faces_and_fiber) {

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <numbers>
 
+#include "base/error.hpp"
 #include "case_fixture.hpp"
 #include "record.hpp"
 
@@ -476,6 +477,26 @@ TEST(MovedSupports, MiddleOfOneFiberAndEndOfAHalf) {
           .source = "identity",
           .error = difference,
           .bar = "1e-9"});
+}
+
+TEST(MovedSupports, TiedToWhatIsHeldIsRefused) {
+  Json json;
+  json["fibers"] = Json::array(
+      {shear_fiber("near", line({0, 0, 0}, {0.5, 0, 0}), 2), shear_fiber("far", line({0.5, 0, 0}, {1, 0, 0}), 2)});
+  Json pin = moved_pin();
+  pin.erase("arc_length");
+  pin["at"] = "start";
+  json["fibers"][0]["clamped"] = "end";
+  json["fibers"][1]["supports"] = Json::array({pin});
+  json["joints"] = Json::array({joint("near", "far", "position")});
+  json["time"] = dynamic(2e-3, 0.3);
+  try {
+    CoupledCase test(json);
+    FAIL() << "not refused";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::geometry);
+    EXPECT_NE(std::string(error.what()).find("support that moves"), std::string::npos) << error.what();
+  }
 }
 
 // Seen from clamps that all move by u(t), a fiber is one with fixed clamps under the line load -rho A u''.
