@@ -34,10 +34,14 @@ void write_fields(const Setup& setup, io::ResultWriter& writer, GlobalIndex step
     fields.push_back({"pressure", 1, 4, 3, values});
   }
   io::FiberState fibers;
+  std::vector<double> force;
   if (setup.beams != nullptr) {
     fibers.dofs = &setup.beams->accepted_dofs();
     fibers.velocity = &setup.beams->accepted_velocity();
-    if (setup.system->is_coupled()) fibers.force = &setup.system->lambda_old();
+    if (setup.system->is_coupled()) {
+      force = setup.system->coupling().at_nodes(setup.system->lambda_old());
+      fibers.force = &force;
+    }
   }
   writer.write_step(step, time, fields, fibers);
   if (setup.fluid == nullptr) return;

@@ -204,6 +204,24 @@ void check_nonlinear(Visitor& v, const CaseParameters& p) {
                                             : "needs a fluid; remove it");
 }
 
+/// What the fiber's own radius needs.
+void check_coupling(Visitor& v, const CaseParameters& p) {
+  if (!p.coupling.automatic) return;
+  if (p.coupling.kernel != coupling::Operator::ring)
+    v.error("coupling.penalty",
+            "\"auto\" keeps the radius of a fiber by averaging over a ring; add \"operator\": \"ring\", or give a "
+            "number");
+  if (p.fluid && p.fluid->pressure_stabilization != fluid::PressureStabilization::pspg)
+    v.error("coupling.penalty",
+            "\"auto\" is calibrated for \"pressure_stabilization\": \"pspg\" only; use that, or give a number");
+  for (std::size_t i = 0; i < p.fibers.size(); ++i) {
+    const std::string path = "fibers[" + std::to_string(i) + "]";
+    if (p.fluid && !(p.fibers[i].physics.section.area > 0.0) && !v.failed(path + ".section"))
+      v.error(path, "\"penalty\": \"auto\" needs the radius of every fiber; add for example \"section\": { "
+                    "\"radius\": 0.01 }");
+  }
+}
+
 }  // namespace
 
 void describe_case(Visitor& v, CaseParameters& p) {
@@ -241,6 +259,7 @@ void describe_case(Visitor& v, CaseParameters& p) {
   check_time(v, p);
   check_joints(v, p);
   check_nonlinear(v, p);
+  check_coupling(v, p);
 }
 
 CaseParameters parse_case(const std::string& text, const std::string& name) {

@@ -12,10 +12,20 @@ void describe_coupling(Visitor& v, coupling::CouplingParameters& p, fsi::SchemeP
   v.choice<fsi::Scheme>(field("scheme", "how fluid and fibers are solved"), scheme.scheme,
                         {{fsi::Scheme::monolithic, "monolithic", "together, fibers condensed"},
                          {fsi::Scheme::aitken, "aitken", "in turns, force relaxed by Aitken's rule"}});
-  v.choice<coupling::Multiplier>(field("multiplier", "Lagrange multipliers on the fibers"), p.multiplier,
-                                 {{coupling::Multiplier::linear, "linear", "linear, continuous over a fiber"}});
-  v.number(field("penalty", "force per fiber length and velocity difference", "force time/length^2"), p.penalty,
-           positive());
+  v.choice<coupling::Multiplier>(
+      field("multiplier", "Lagrange multipliers on the fibers"), p.multiplier,
+      {{coupling::Multiplier::linear, "linear", "linear, continuous over a fiber"},
+       {coupling::Multiplier::quadratic, "quadratic", "quadratic, continuous"},
+       {coupling::Multiplier::cubic, "cubic", "cubic, continuous"},
+       {coupling::Multiplier::gauss_point, "gauss_point", "one for each integration point: Gauss-point-to-cell penalty"}});
+  v.choice<coupling::Operator>(
+      field("operator", "how a fiber sees the velocity of the fluid, and where its force goes"), p.kernel,
+      {{coupling::Operator::centerline, "centerline", "on its center line; its radius does not matter then"},
+       {coupling::Operator::ring, "ring", "mean over a circle around it, of its radius or half a cell"}});
+  v.number_or_word(
+      field("penalty", "force per fiber length and velocity difference", "force time/length^2"), p.penalty,
+      p.automatic, positive(),
+      {"auto", "from viscosity, cells and the radius of the fiber, which then has its own resistance; with ring"});
   v.choice<fsi::GeometryUpdate>(field("geometry_update", "fiber positions used by the coupling terms"),
                                 scheme.geometry_update,
                                 {{fsi::GeometryUpdate::lagged, "lagged", "those at the start of the step"},
@@ -26,8 +36,12 @@ void describe_coupling(Visitor& v, coupling::CouplingParameters& p, fsi::SchemeP
       scheme.coupling_weight,
       {{fsi::CouplingWeight::theta, "theta", "that of the fluid: both receive the same impulse"},
        {fsi::CouplingWeight::one_minus_alpha_f, "1-alpha_f", "that of the fibers' generalised-alpha"}});
-  v.integer(field("gauss_points", "integration points of a segment of a fiber within one cell"), p.gauss_points,
-            between(1, 64));
+  v.choice<coupling::Integration>(
+      field("integration", "of the coupling terms along a fiber"), p.integration,
+      {{coupling::Integration::segments, "segments", "elements are cut at the faces of cells"},
+       {coupling::Integration::element, "element", "elements as a whole: cheaper, and blind to faces between points"}});
+  v.integer(field("gauss_points", "integration points of a segment of a fiber within one cell, or of an element"),
+            p.gauss_points, between(1, 64));
   v.choice<coupling::Outside>(field("outside", "fibers that reach out of the fluid"), p.outside,
                               {{coupling::Outside::error, "error", "end the run"},
                                {coupling::Outside::allow, "allow", "feel the fluid only inside it"}});

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "base/log.hpp"
 #include "base/timer.hpp"
 #include "io/case_file.hpp"
 #include "linalg/graph_partition.hpp"
+#include "mesh/face_translation.hpp"
 
 namespace fbi::cases {
 namespace {
@@ -40,6 +42,19 @@ CaseParameters parse_input(const io::CaseHeader& header, const std::string& path
   }
 }
 
+/// Adds what the coupling needs to know of fluid and fibers.
+coupling::CouplingParameters complete_coupling(const Setup& setup, const CaseParameters& parameters) {
+  coupling::CouplingParameters coupling = parameters.coupling;
+  for (const FiberGroup& group : parameters.fibers)
+    coupling.radius.push_back(std::sqrt(group.physics.section.area / std::numbers::pi));
+  if (setup.fluid == nullptr) return coupling;
+  coupling.viscosity = parameters.fluid->viscosity;
+  for (const auto& [name, condition] : parameters.boundaries())
+    if (condition.type == fluid::BoundaryType::periodic && name < condition.with)
+      coupling.periods.push_back(mesh::face_translation(*setup.fluid_mesh, name, condition.with));
+  return coupling;
+}
+
 }  // namespace
 
 Setup make_setup(const CaseParameters& parameters, std::unique_ptr<mesh::HexMesh> fluid,
@@ -66,8 +81,9 @@ Setup make_setup(const CaseParameters& parameters, std::unique_ptr<mesh::HexMesh
   }
   if (setup.fluid == nullptr && setup.beams == nullptr)
     throw Error(ExitCode::usage, "the case has neither fluid nor fibers; there is nothing to solve");
-  setup.system = std::make_unique<fsi::System>(setup.fluid.get(), setup.beams.get(), setup.fiber_mesh.get(),
-                                               parameters.coupling, parameters.scheme, parameters.solver);
+  setup.system =
+      std::make_unique<fsi::System>(setup.fluid.get(), setup.beams.get(), setup.fiber_mesh.get(),
+                                    complete_coupling(setup, parameters), parameters.scheme, parameters.solver);
   const bool prescribed = std::any_of(parameters.fibers.begin(), parameters.fibers.end(), [](const FiberGroup& group) {
     return group.physics.formulation == beam::Formulation::prescribed;
   });

@@ -8,6 +8,8 @@
 #include "base/log.hpp"
 #include "base/timer.hpp"
 #include "coupling/cutting.hpp"
+#include "coupling/fiber_side.hpp"
+#include "coupling/interface_law.hpp"
 #include "coupling/local_m.hpp"
 #include "coupling/row_exchange.hpp"
 
@@ -46,9 +48,9 @@ struct Coupling::Implementation {
         fibers(fiber_mesh),
         parameters(given),
         exchange(fluid_mesh.comm),
-        cutting(fluid_mesh, exchange),
-        rule(fem::gauss_legendre(given.gauss_points)),
-        offsets(row_offsets(exchange.comm(), fiber_mesh.nodes())) {
+        cutting(fluid_mesh, exchange, parameters.periods),
+        side(fiber_mesh, given.multiplier, given.gauss_points) {
+    if (given.automatic) law = std::make_unique<OwnRadiusLaw>(fluid, exchange, parameters.viscosity);
     GlobalIndex sets = 0;
     for (const Index group : fibers.group) sets = std::max<GlobalIndex>(sets, group + 1);
     sets = exchange.comm().max(sets);
@@ -64,14 +66,24 @@ struct Coupling::Implementation {
             dofs[6 * n + i] = fibers.position[3 * static_cast<std::size_t>(node + n) + i];
             dofs[6 * n + 3 + i] = fibers.tangent[3 * static_cast<std::size_t>(node + n) + i];
           }
-        elements[e].row = offsets[exchange.comm().rank()] + node;
         elements[e].curve = hermite_curve(dofs, dofs + 6, fibers.element_length[e]);
         elements[e].measure = make_measure(elements[e].curve);
+        if (!parameters.radius.empty()) elements[e].radius = parameters.radius.at(fibers.group[f]);
       }
-      const Index nodes = fibers.first_node[f + 1] - fibers.first_node[f];
-      d_blocks.emplace_back(2 * static_cast<std::size_t>(nodes) * nodes);
     }
-    kappa.resize(fibers.nodes());
+    offsets = row_offsets(exchange.comm(), side.first_row(fibers.fibers()));
+  }
+
+  /// Cells of all elements, then the numbers of rows. Collective.
+  void cut() {
+    if (parameters.integration == Integration::element)
+      cutting.place_points(elements, side.rule(), cuts);
+    else
+      cutting.cut(elements, cuts);
+    const Index rows = side.number_rows(cuts);
+    if (!side.basis().is_lagrange()) offsets = row_offsets(exchange.comm(), rows);
+    for (Index e = 0; e < fibers.elements(); ++e)
+      elements[e].row = offsets[exchange.comm().rank()] + side.first_row_of_element(e);
   }
 
   void set_curves(const std::vector<double>& dofs) {
@@ -82,33 +94,14 @@ struct Coupling::Implementation {
       }
   }
 
-  /// D, kappa and the lengths of this rank's fibers from their segments.
+  /// D, kappa and the coverage of this rank's fibers.
   void integrate_fibers() {
-    std::fill(kappa.begin(), kappa.end(), 0.0);
+    side.integrate(elements, cuts);
     own_coverage = Coverage();
+    own_coverage.segments = side.segments();
     std::fill(worst.begin(), worst.end(), Worst());
     for (Index f = 0; f < fibers.fibers(); ++f) {
-      std::vector<double>& d = d_blocks[f];
-      std::fill(d.begin(), d.end(), 0.0);
-      const Index nodes = fibers.first_node[f + 1] - fibers.first_node[f];
-      double covered = 0.0, outside = 0.0;
-      for (Index e = fibers.first_element(f); e < fibers.first_element(f + 1); ++e) {
-        FiberIntegrals in, out;
-        for (Index s = cuts.first[e]; s < cuts.first[e + 1]; ++s) {
-          const Segment& segment = cuts.segments[s];
-          const bool inside = segment.cell >= 0;
-          own_coverage.segments += inside;
-          integrate_fiber(elements[e].measure, 0.5 * fibers.element_length[e], rule, segment.begin, segment.end,
-                          inside ? in : out);
-        }
-        const Index node = e - fibers.first_element(f);
-        for (int p = 0; p < rows_per_element; ++p) {
-          kappa[fibers.first_node[f] + node + p] += in.kappa[p];
-          for (int j = 0; j < 4; ++j) d[static_cast<std::size_t>(node + p) * 2 * nodes + 2 * node + j] += in.d[p][j];
-        }
-        covered += in.length;
-        outside += out.length;
-      }
+      const double covered = side.lengths()[2 * f], outside = side.lengths()[2 * f + 1];
       own_coverage.covered += covered;
       own_coverage.outside += outside;
       const double fraction = outside > 0.0 ? outside / (covered + outside) : 0.0;
@@ -119,18 +112,33 @@ struct Coupling::Implementation {
     }
   }
 
+  /// S of the interface law. Collective.
+  void renew_law() {
+    const std::vector<double>& kappa = side.kappa();
+    interface_rows.assign(kappa.size(), Symmetric{});
+    if (law != nullptr) {
+      if (!stabilization.empty() || fluid.local_cells() == 0) law->evaluate(stabilization, interface_rows);
+      return;
+    }
+    for (std::size_t p = 0; p < kappa.size(); ++p) {
+      const double value = kappa[p] / parameters.penalty;
+      interface_rows[p] = {value, 0.0, 0.0, value, 0.0, value};
+    }
+  }
+
   /// Largest |M.1 - kappa| and |D.1 - kappa| on this rank [length]. Collective.
   double largest_identity_error() const {
+    const std::vector<double>& kappa = side.kappa();
     std::vector<double> touched(m.row.size(), 0.0), sums(kappa.size(), 0.0);
     for (std::size_t i = 0; i < m.row.size(); ++i)
       for (Index k = m.begin[i]; k < m.begin[i + 1]; ++k) touched[i] += m.value[k];
     rows->add_to_owners(touched.data(), 1, sums.data());
     double largest = 0.0;
     for (Index f = 0; f < fibers.fibers(); ++f) {
-      const Index first = fibers.first_node[f], nodes = fibers.first_node[f + 1] - first;
-      for (Index p = 0; p < nodes; ++p) {
+      const Index first = side.first_row(f), nodes = fibers.first_node[f + 1] - fibers.first_node[f];
+      for (Index p = 0; p < side.first_row(f + 1) - first; ++p) {
         double d_sum = 0.0;
-        for (Index j = 0; j < nodes; ++j) d_sum += d_blocks[f][static_cast<std::size_t>(p) * 2 * nodes + 2 * j];
+        for (Index j = 0; j < nodes; ++j) d_sum += side.d_block(f)[static_cast<std::size_t>(p) * 2 * nodes + 2 * j];
         largest = std::max({largest, std::abs(sums[first + p] - kappa[first + p]), std::abs(d_sum - kappa[first + p])});
       }
     }
@@ -149,12 +157,17 @@ struct Coupling::Implementation {
     coverage.fibers_outside = static_cast<GlobalIndex>(sums[2]);
     coverage.segments = static_cast<GlobalIndex>(sums[3]);
     const double own[3] = {own_coverage.worst_fraction, largest_identity_error(),
-                           kappa.empty() ? 0.0 : *std::max_element(kappa.begin(), kappa.end())};
+                           side.kappa().empty() ? 0.0 : *std::max_element(side.kappa().begin(), side.kappa().end())};
     double largest[3];
     MPI_Allreduce(own, largest, 3, MPI_DOUBLE, MPI_MAX, comm.get());
     coverage.worst_fraction = largest[0];
     coverage.identity_error = largest[2] > 0.0 ? largest[1] / largest[2] : 0.0;
     coverage.worst_fiber.clear();
+    if (!seen && fibers.global_fibers > 0 && !(coverage.covered > 0.0) && parameters.outside == Outside::allow)
+      throw Error(ExitCode::geometry,
+                  "no part of any fiber lies in the fluid: nothing is coupled, and the multipliers have no equations; "
+                  "move the fibers into the fluid, or leave either of them out");
+    seen = true;
     if (coverage.worst_fraction > noticed_outside) report_outside();
   }
 
@@ -196,13 +209,14 @@ struct Coupling::Implementation {
   CouplingParameters parameters;
   search::SparseExchange exchange;
   Cutting cutting;
-  fem::QuadratureRule rule;
+  FiberSide side;
+  std::unique_ptr<OwnRadiusLaw> law;          ///< null for a number epsilon
+  std::vector<CellViscosity> stabilization;   ///< shape=(local cells), for the law
+  std::vector<Symmetric> interface_rows;
   std::vector<GlobalIndex> offsets;       ///< first row of each rank, shape=(ranks+1)
   std::vector<ElementGeometry> elements;  ///< of this rank's fibers
   ElementSegments cuts;
   Pieces pieces;
-  std::vector<double> kappa;
-  std::vector<std::vector<double>> d_blocks;
   LocalM m;
   std::unique_ptr<RowExchange> rows;
   Coverage own_coverage, coverage;
@@ -212,6 +226,7 @@ struct Coupling::Implementation {
   };
   std::vector<Worst> worst;  ///< of each fiber set, on this rank
   std::vector<bool> warned;  ///< for each fiber set
+  bool seen = false;         ///< some positions have been searched
 };
 
 Coupling::Coupling(const mesh::HexMesh& fluid, const mesh::FiberMesh& fibers, const CouplingParameters& parameters)
@@ -229,14 +244,17 @@ void Coupling::update(const std::vector<double>& dofs) {
   my.set_curves(dofs);
   {
     const Timed search("search and cut");
-    my.cutting.cut(my.elements, my.cuts);
+    my.cut();
   }
   my.integrate_fibers();
   Index failed = 0;
   {
     const Timed assembly("integrate M");
     my.cutting.deliver(my.elements, my.cuts, my.pieces);
-    failed = assemble_m(my.fluid, my.pieces, my.rule, my.m);
+    failed = my.parameters.kernel == Operator::ring
+                 ? assemble_ring_m(my.fluid, my.pieces, my.side.rule(), my.side.basis(), my.cutting, my.exchange, my.m)
+                 : assemble_m(my.fluid, my.pieces, my.side.rule(), my.side.basis(), my.m);
+    if (my.law != nullptr) my.law->set_points(my.pieces, my.side.rule(), my.side.basis(), my.offsets);
   }
   my.rows = std::make_unique<RowExchange>(my.exchange, my.offsets, my.m.row);
   my.reduce_coverage();
@@ -246,14 +264,28 @@ void Coupling::update(const std::vector<double>& dofs) {
         log::format("the coupling operators violate M.1 = kappa by %.2g: a fluid cell crossed by a fiber is inverted "
                     "or degenerate; check the mesh",
                     my.coverage.identity_error));
+  my.renew_law();
 }
 
-Index Coupling::rows() const { return implementation_->fibers.nodes(); }
+bool Coupling::needs_stabilization() const { return implementation_->law != nullptr; }
+
+void Coupling::set_stabilization(std::vector<CellViscosity> cells) {
+  implementation_->stabilization = std::move(cells);
+  if (implementation_->rows != nullptr) implementation_->renew_law();
+}
+
+const std::vector<Symmetric>& Coupling::interface_rows() const { return implementation_->interface_rows; }
+std::vector<double> Coupling::at_nodes(const std::vector<double>& lambda) const {
+  return implementation_->side.at_nodes(lambda);
+}
+bool Coupling::has_fixed_rows() const { return implementation_->side.basis().is_lagrange(); }
+
+Index Coupling::rows() const { return first_row_of(implementation_->fibers.fibers()); }
 GlobalIndex Coupling::first_row() const { return implementation_->offsets[implementation_->exchange.comm().rank()]; }
 GlobalIndex Coupling::global_rows() const { return implementation_->offsets.back(); }
-Index Coupling::first_row_of(Index fiber) const { return implementation_->fibers.first_node[fiber]; }
-const std::vector<double>& Coupling::kappa() const { return implementation_->kappa; }
-const std::vector<double>& Coupling::d_block(Index fiber) const { return implementation_->d_blocks[fiber]; }
+Index Coupling::first_row_of(Index fiber) const { return implementation_->side.first_row(fiber); }
+const std::vector<double>& Coupling::kappa() const { return implementation_->side.kappa(); }
+const std::vector<double>& Coupling::d_block(Index fiber) const { return implementation_->side.d_block(fiber); }
 const LocalM& Coupling::local_m() const { return implementation_->m; }
 const Coverage& Coupling::coverage() const { return implementation_->coverage; }
 
@@ -284,13 +316,13 @@ void Coupling::apply_d(const std::vector<double>& q, double* out) const {
   const mesh::FiberMesh& fibers = implementation_->fibers;
   for (Index f = 0; f < fibers.fibers(); ++f) {
     const std::size_t first = fibers.first_node[f], nodes = fibers.first_node[f + 1] - first;
-    for (std::size_t p = 0; p < nodes; ++p) {
-      const double* d = &implementation_->d_blocks[f][p * 2 * nodes];
+    const double* d = d_block(f).data();
+    for (Index p = first_row_of(f); p < first_row_of(f + 1); ++p, d += 2 * nodes) {
       double sum[3] = {0.0, 0.0, 0.0};
       for (std::size_t j = 0; j < nodes; ++j)
         for (int i = 0; i < 3; ++i)
           sum[i] += d[2 * j] * q[6 * (first + j) + i] + d[2 * j + 1] * q[6 * (first + j) + 3 + i];
-      for (int i = 0; i < 3; ++i) out[3 * (first + p) + i] = sum[i];
+      for (int i = 0; i < 3; ++i) out[3 * static_cast<std::size_t>(p) + i] = sum[i];
     }
   }
 }
@@ -299,15 +331,14 @@ void Coupling::add_d_transposed(const double* lambda, std::vector<double>& q, do
   const mesh::FiberMesh& fibers = implementation_->fibers;
   for (Index f = 0; f < fibers.fibers(); ++f) {
     const std::size_t first = fibers.first_node[f], nodes = fibers.first_node[f + 1] - first;
-    for (std::size_t p = 0; p < nodes; ++p) {
-      const double* d = &implementation_->d_blocks[f][p * 2 * nodes];
+    const double* d = d_block(f).data();
+    for (Index p = first_row_of(f); p < first_row_of(f + 1); ++p, d += 2 * nodes)
       for (std::size_t j = 0; j < nodes; ++j)
         for (int i = 0; i < 3; ++i) {
-          const double force = scale * lambda[3 * (first + p) + i];
+          const double force = scale * lambda[3 * static_cast<std::size_t>(p) + i];
           q[6 * (first + j) + i] += d[2 * j] * force;
           q[6 * (first + j) + 3 + i] += d[2 * j + 1] * force;
         }
-    }
   }
 }
 

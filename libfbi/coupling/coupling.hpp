@@ -1,16 +1,21 @@
 /// The coupling operators D, M and kappa between fibers and fluid (SPEC section 3), for the current fiber positions.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "base/types.hpp"
 #include "coupling/parameters.hpp"
+#include "coupling/ring.hpp"
 #include "mesh/fiber_mesh.hpp"
 #include "mesh/hex_mesh.hpp"
 
 namespace fbi::coupling {
+
+/// xx, xy, xz, yy, yz, zz.
+using Symmetric = std::array<double, 6>;
 
 /// How well the fibers are covered by fluid cells; sums and extremes over all ranks.
 struct Coverage {
@@ -33,10 +38,13 @@ struct LocalM {
 
 /// D, M, kappa and the exchange of multiplier values between the fibers' ranks and the ranks of the cells they cross.
 ///
-/// A multiplier *row* is one scalar basis function Phi_p; the multiplier has three components per row. Rows of a fiber live on
-/// the fiber's rank, in the order of its nodes (linear multipliers: one row per fiber node).
+/// A multiplier *row* is one scalar basis function Phi_p; the multiplier has three components per row. Rows of a fiber
+/// live on the fiber's rank, numbered along it. Lagrange bases have order * elements + 1 rows on a fiber; with
+/// Multiplier::gauss_point the rows are the integration points inside the fluid: their number may change with every
+/// update.
 class Coupling {
  public:
+  /// Collective.
   Coupling(const mesh::HexMesh& fluid, const mesh::FiberMesh& fibers, const CouplingParameters& parameters);
   ~Coupling();
 
@@ -45,6 +53,15 @@ class Coupling {
   /// of a fiber lies outside than allowed, naming the fiber. Collective.
   void update(const std::vector<double>& dofs);
 
+  /// True when the interface law depends on the stabilisation of the fluid, which set_stabilization must give before
+  /// interface_rows is called.
+  bool needs_stabilization() const;
+  /// tau_M mu/h^2 and tau_C/mu of every local cell; renews the interface law. Collective.
+  void set_stabilization(std::vector<CellViscosity> cells);
+  /// S_p = int Phi_p E^-1 ds of the interface law, shape=(rows); kappa/epsilon times identity for a number epsilon
+  /// [length^2/(force time) length].
+  const std::vector<Symmetric>& interface_rows() const;
+  bool has_fixed_rows() const;                          ///< the number of rows never changes
   Index rows() const;                                   ///< rows of this rank's fibers
   GlobalIndex first_row() const;                        ///< global number of its first row
   GlobalIndex global_rows() const;
@@ -66,6 +83,8 @@ class Coupling {
   void apply_d(const std::vector<double>& q, double* out) const;
   /// q += scale * D^T lambda, shape=(fiber nodes,6).
   void add_d_transposed(const double* lambda, std::vector<double>& q, double scale) const;
+  /// The multiplier field at the nodes of the fibers, shape=(fiber nodes,3), from lambda, shape=(rows,3).
+  std::vector<double> at_nodes(const std::vector<double>& lambda) const;
 
  private:
   struct Implementation;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "fem/hex8.hpp"
+#include "fem/line_shapes.hpp"
 
 namespace fbi::coupling {
 
@@ -22,37 +23,51 @@ Measure make_measure(const Curve& reference) {
   return measure;
 }
 
-void integrate_fiber(const Measure& measure, double half_length, const fem::QuadratureRule& rule, double begin,
-                     double end, FiberIntegrals& sums) {
-  const double middle = 0.5 * (begin + end), half = 0.5 * (end - begin);
+void integration_points(const Measure& measure, const fem::QuadratureRule& rule, const Segment& segment,
+                        std::vector<IntegrationPoint>& points) {
+  if (segment.rule_point >= 0) {
+    const double x = rule.points[segment.rule_point];
+    points.push_back({x, rule.weights[segment.rule_point] * measure(x), segment.first_point});
+    return;
+  }
+  const double middle = 0.5 * (segment.begin + segment.end), half = 0.5 * (segment.end - segment.begin);
   for (std::size_t q = 0; q < rule.points.size(); ++q) {
     const double x = middle + half * rule.points[q];
-    const double ds = rule.weights[q] * half * measure(x);
-    const std::array<double, rows_per_element> phi = multiplier_shape(x);
-    std::array<double, 4> h = fem::hermite(x);
+    points.push_back({x, rule.weights[q] * half * measure(x), segment.first_point + static_cast<Index>(q)});
+  }
+}
+
+void ElementIntegrals::reset(Index rows) {
+  kappa.assign(rows, 0.0);
+  d.assign(rows, {});
+  length = 0.0;
+}
+
+void integrate_fiber(const Basis& basis, double half_length, const std::vector<IntegrationPoint>& points,
+                     ElementIntegrals& sums) {
+  for (const IntegrationPoint& point : points) {
+    const BasisValues phi = basis.at(point.x, point.number);
+    std::array<double, 4> h = fem::hermite(point.x);
     h[1] *= half_length;
     h[3] *= half_length;
-    sums.length += ds;
-    for (int p = 0; p < rows_per_element; ++p) {
-      const double weight = phi[p] * ds;
-      sums.kappa[p] += weight;
-      for (int j = 0; j < 4; ++j) sums.d[p][j] += weight * h[j];
+    sums.length += point.ds;
+    for (int p = 0; p < phi.count; ++p) {
+      const double weight = phi.value[p] * point.ds;
+      sums.kappa[phi.first + p] += weight;
+      for (int j = 0; j < 4; ++j) sums.d[phi.first + p][j] += weight * h[j];
     }
   }
 }
 
-bool integrate_fluid(const Curve& curve, const Measure& measure, const Cell& cell, const fem::QuadratureRule& rule,
-                     double begin, double end, std::array<std::array<double, 8>, rows_per_element>& m) {
-  const double middle = 0.5 * (begin + end), half = 0.5 * (end - begin);
+bool integrate_fluid(const Basis& basis, const Curve& curve, const Cell& cell,
+                     const std::vector<IntegrationPoint>& points, std::vector<std::array<double, 8>>& m) {
   Vec3 xi = Vec3::Zero();
-  for (std::size_t q = 0; q < rule.points.size(); ++q) {
-    const double x = middle + half * rule.points[q];
-    if (!project(cell, curve.point(x), xi)) return false;
-    const double ds = rule.weights[q] * half * measure(x);
-    const std::array<double, rows_per_element> phi = multiplier_shape(x);
+  for (const IntegrationPoint& point : points) {
+    if (!project(cell, curve.point(point.x), xi)) return false;
+    const BasisValues phi = basis.at(point.x, point.number);
     const std::array<double, 8> n = fem::hex8_shape(xi);
-    for (int p = 0; p < rows_per_element; ++p)
-      for (int a = 0; a < 8; ++a) m[p][a] += phi[p] * ds * n[a];
+    for (int p = 0; p < phi.count; ++p)
+      for (int a = 0; a < 8; ++a) m[phi.first + p][a] += phi.value[p] * point.ds * n[a];
   }
   return true;
 }

@@ -1,15 +1,17 @@
-/// Integrals of one segment, a piece of a fiber element within one cell: pure functions (SPEC section 3).
+/// Integrals over pieces of fiber elements: pure functions (SPEC section 3).
 ///
 ///   D(p,q) = int Phi_p H_q ds,  M(p,r) = int Phi_p N_r ds,  kappa(p) = int Phi_p ds,  ds = |dr_0/dx| dx
 ///
-/// Both functions below use the same points: `rule` on [begin, end].
+/// All three are sums over the same integration points.
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "coupling/curve.hpp"
 #include "coupling/multiplier.hpp"
 #include "coupling/projection.hpp"
+#include "coupling/segmentation.hpp"
 #include "fem/quadrature.hpp"
 
 namespace fbi::coupling {
@@ -22,21 +24,35 @@ struct Measure {
 };
 Measure make_measure(const Curve& reference);
 
-/// Row sums of one segment on the fiber's side.
-struct FiberIntegrals {
-  std::array<double, rows_per_element> kappa{};             ///< [length]
-  std::array<std::array<double, 4>, rows_per_element> d{};  ///< columns d_1, t_1, d_2, t_2 [length, length^2]
-  double length = 0.0;                                      ///< int ds [length]
+/// An integration point of an element.
+struct IntegrationPoint {
+  double x = 0.0;    ///< in [-1, 1]
+  double ds = 0.0;   ///< weight times |dr_0/dx| [length]
+  Index number = 0;  ///< within the element, along it
 };
 
-/// Adds D, kappa and the arc length of [begin, end] to `sums`.
-/// @param half_length  l_ele/2, the factor of the tangent functions [length]
-void integrate_fiber(const Measure& measure, double half_length, const fem::QuadratureRule& rule, double begin,
-                     double end, FiberIntegrals& sums);
+/// Appends the integration points of a segment: `rule` on [begin, end], or one point of `rule` on the whole element.
+void integration_points(const Measure& measure, const fem::QuadratureRule& rule, const Segment& segment,
+                        std::vector<IntegrationPoint>& points);
 
-/// Adds M of [begin, end] to `m`, shape=(rows_per_element,8) [length]; the columns are the corners of the cell.
-/// Returns false when a point could not be projected: the segment is not in this cell.
-bool integrate_fluid(const Curve& curve, const Measure& measure, const Cell& cell, const fem::QuadratureRule& rule,
-                     double begin, double end, std::array<std::array<double, 8>, rows_per_element>& m);
+/// Row sums of one element on the fiber's side; rows are those of the element.
+struct ElementIntegrals {
+  std::vector<double> kappa;             ///< [length]
+  std::vector<std::array<double, 4>> d;  ///< columns d_1, t_1, d_2, t_2 [length, length^2]
+  double length = 0.0;                   ///< int ds [length]
+
+  /// Zeros for `rows` rows.
+  void reset(Index rows);
+};
+
+/// Adds D, kappa and the arc length of some points to `sums`.
+/// @param half_length  l_ele/2, the factor of the tangent functions [length]
+void integrate_fiber(const Basis& basis, double half_length, const std::vector<IntegrationPoint>& points,
+                     ElementIntegrals& sums);
+
+/// Adds M of some points within one cell to `m`, shape=(rows of the element,8) [length]; columns are the corners of the
+/// cell. Returns false when a point could not be projected: it is not in this cell.
+bool integrate_fluid(const Basis& basis, const Curve& curve, const Cell& cell,
+                     const std::vector<IntegrationPoint>& points, std::vector<std::array<double, 8>>& m);
 
 }  // namespace fbi::coupling

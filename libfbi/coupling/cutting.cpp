@@ -23,10 +23,13 @@ struct Delivery {
 
 }  // namespace
 
-Cutting::Cutting(const mesh::HexMesh& mesh, search::SparseExchange& exchange)
-    : mesh_(mesh), exchange_(exchange), numbers_(mesh), bins_(exchange.comm(), mesh, box_tolerance) {
-  if (!mesh.box) pairs_.emplace_back(mesh, box_tolerance);
-}
+Cutting::Cutting(const mesh::HexMesh& mesh, search::SparseExchange& exchange, const std::vector<Vec3>& periods)
+    : mesh_(mesh),
+      exchange_(exchange),
+      numbers_(mesh),
+      bins_(exchange.comm(), mesh, box_tolerance),
+      pairs_(mesh.box ? nullptr : std::make_unique<search::PairSearch>(mesh, box_tolerance)),
+      location_(mesh, exchange, bins_, pairs_.get(), periods) {}
 
 void Cutting::cut(const std::vector<ElementGeometry>& elements, ElementSegments& result) {
   result.first.assign(1, 0);
@@ -40,8 +43,27 @@ void Cutting::cut(const std::vector<ElementGeometry>& elements, ElementSegments&
   }
 }
 
+void Cutting::place_points(const std::vector<ElementGeometry>& elements, const fem::QuadratureRule& rule,
+                           ElementSegments& result) {
+  const Index count = static_cast<Index>(rule.points.size());
+  std::vector<Place> places;
+  places.reserve(elements.size() * count);
+  for (const ElementGeometry& element : elements)
+    for (const double x : rule.points) places.push_back({element.curve.point(x)});
+  location_.locate(places);
+  result.first.assign(1, 0);
+  result.segments.clear();
+  for (std::size_t e = 0; e < elements.size(); ++e) {
+    for (Index q = 0; q < count; ++q) {
+      const double x = rule.points[q];
+      result.segments.push_back({places[e * count + q].cell, x, x, 0, q});
+    }
+    result.first.push_back(static_cast<Index>(result.segments.size()));
+  }
+}
+
 void Cutting::claim(const Curve& curve, std::vector<Claim>& claims) {
-  pairs_.front().cells_near(curve_box(curve), near_cells_);
+  pairs_->cells_near(curve_box(curve), near_cells_);
   for (const Index cell : near_cells_) claim_parts(curve, make_cell(mesh_, cell), mesh_.cell_id[cell], claims);
 }
 
@@ -98,7 +120,7 @@ void Cutting::deliver(const std::vector<ElementGeometry>& elements, const Elemen
       if (segment.cell < 0) continue;
       const Index cell = numbers_.local(segment.cell);
       if (cell >= 0) {
-        result.pieces.push_back({static_cast<Index>(e), cell, segment.begin, segment.end});
+        result.pieces.push_back({static_cast<Index>(e), cell, segment});
         continue;
       }
       // One of the ranks with a bin around the midpoint holds the cell; the others drop the message.
@@ -115,13 +137,12 @@ void Cutting::deliver(const std::vector<ElementGeometry>& elements, const Elemen
       if (cell < 0) continue;
       if (result.geometries.empty() || result.geometries.back().row != delivery.element.row)
         result.geometries.push_back(delivery.element);
-      result.pieces.push_back(
-          {static_cast<Index>(result.geometries.size()) - 1, cell, delivery.segment.begin, delivery.segment.end});
+      result.pieces.push_back({static_cast<Index>(result.geometries.size()) - 1, cell, delivery.segment});
     }
   }
   const auto before = [&](const Piece& a, const Piece& b) {
     const GlobalIndex row_a = result.geometries[a.geometry].row, row_b = result.geometries[b.geometry].row;
-    return row_a < row_b || (row_a == row_b && a.begin < b.begin);
+    return row_a < row_b || (row_a == row_b && a.segment.begin < b.segment.begin);
   };
   if (!std::is_sorted(result.pieces.begin(), result.pieces.end(), before))
     std::sort(result.pieces.begin(), result.pieces.end(), before);

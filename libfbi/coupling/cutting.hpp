@@ -1,9 +1,11 @@
 /// From the curves of a rank's fiber elements to pieces in the cells of all ranks.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "coupling/coupling_matrices.hpp"
+#include "coupling/point_location.hpp"
 #include "coupling/segmentation.hpp"
 #include "mesh/hex_mesh.hpp"
 #include "search/bins.hpp"
@@ -14,9 +16,10 @@ namespace fbi::coupling {
 
 /// What a cell's rank needs to know of a fiber element. Trivially copyable.
 struct ElementGeometry {
-  GlobalIndex row = 0;  ///< global multiplier row of its first node
+  GlobalIndex row = 0;  ///< global number of its first multiplier row
   Curve curve;          ///< current
   Measure measure;      ///< reference
+  double radius = 0.0;  ///< a of the fiber [length]
 };
 
 /// Segments of the elements of this rank: element e has [first[e], first[e+1]), from -1 to 1.
@@ -29,7 +32,7 @@ struct ElementSegments {
 struct Piece {
   Index geometry = 0;  ///< index into Pieces::geometries
   Index cell = 0;      ///< local
-  double begin = 0.0, end = 0.0;
+  Segment segment;
 };
 
 /// Segments in the cells of this rank by (row, begin), whichever rank their fibers are on.
@@ -43,14 +46,25 @@ struct Pieces {
 /// them.
 class Cutting {
  public:
-  /// Both must outlive this object. Collective.
-  Cutting(const mesh::HexMesh& mesh, search::SparseExchange& exchange);
+  /// Mesh and exchange must outlive this object.
+  /// @param periods  translations by which the flow repeats [length]
+  /// Collective.
+  Cutting(const mesh::HexMesh& mesh, search::SparseExchange& exchange, const std::vector<Vec3>& periods);
 
   /// Cuts the elements of this rank. Collective.
   void cut(const std::vector<ElementGeometry>& elements, ElementSegments& result);
 
+  /// Instead of pieces the points of `rule` on every element, each in its cell. Collective.
+  void place_points(const std::vector<ElementGeometry>& elements, const fem::QuadratureRule& rule,
+                    ElementSegments& result);
+
   /// Brings every segment inside the fluid to the rank of its cell. Collective.
   void deliver(const std::vector<ElementGeometry>& elements, const ElementSegments& segments, Pieces& result);
+
+  PointLocation& location() { return location_; }
+  /// Local number of a cell, or -1.
+  Index local_cell(GlobalIndex id) const { return numbers_.local(id); }
+  const search::RankBins& bins() const { return bins_; }
 
  private:
   void cut_general(const std::vector<ElementGeometry>& elements, ElementSegments& result);
@@ -60,8 +74,9 @@ class Cutting {
   search::SparseExchange& exchange_;
   search::CellNumbers numbers_;
   search::RankBins bins_;
-  std::vector<search::PairSearch> pairs_;  ///< one, or none for box meshes
+  std::unique_ptr<search::PairSearch> pairs_;  ///< null for box meshes
   std::vector<Index> near_cells_;
+  PointLocation location_;
 };
 
 }  // namespace fbi::coupling

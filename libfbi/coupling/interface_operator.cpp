@@ -1,12 +1,12 @@
 #include "coupling/interface_operator.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace fbi::coupling {
 
-InterfaceOperator::InterfaceOperator(const mesh::FiberMesh& fibers, double penalty)
-    : penalty_(penalty),
-      first_row_(1, 0),
+InterfaceOperator::InterfaceOperator(const mesh::FiberMesh& fibers)
+    : first_row_(1, 0),
       blocks_(fibers.fibers()),
       factors_(fibers.fibers()),
       groups_(fibers.joined.size()),
@@ -20,12 +20,20 @@ void InterfaceOperator::reset(const Coupling& coupling) {
   first_row_.resize(fibers + 1);
   for (Index f = 0; f <= fibers; ++f) first_row_[f] = coupling.first_row_of(f);
   const Index rows = coupling.rows();
-  diagonal_.assign(rows, 0.0);
   active_.assign(rows, 0);
+  law_.assign(9 * static_cast<std::size_t>(rows), 0.0);
+  inverse_.assign(law_.size(), 0.0);
   for (Index p = 0; p < rows; ++p) {
-    const double kappa = coupling.kappa()[p];
-    active_[p] = kappa > 0.0;
-    diagonal_[p] = active_[p] ? kappa / penalty_ : 1.0;
+    const Symmetric& s = coupling.interface_rows()[p];
+    Law law;
+    law << s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5];
+    active_[p] = coupling.kappa()[p] > 0.0 && s[0] > 0.0 && law.topLeftCorner<2, 2>().determinant() > 0.0 &&
+                 law.determinant() > 0.0;
+    if (!active_[p]) law.setIdentity();
+    const std::size_t at = 9 * static_cast<std::size_t>(p);
+    const Law inverse = law.inverse();
+    std::copy_n(law.data(), 9, law_.begin() + at);
+    std::copy_n(inverse.data(), 9, inverse_.begin() + at);
   }
   for (Block& block : blocks_) block.resize(0, 0);
   for (Group& group : groups_) {
@@ -36,38 +44,43 @@ void InterfaceOperator::reset(const Coupling& coupling) {
   }
 }
 
+void InterfaceOperator::add_law(const Index* rows, Index count, Block& block) const {
+  for (Index p = 0; p < count; ++p)
+    if (active_[rows[p]]) block.block<3, 3>(3 * p, 3 * p) += law(rows[p]);
+}
+
+void InterfaceOperator::switch_off(const Index* rows, Index count, Block& block) const {
+  for (Index p = 0; p < count; ++p) {
+    if (active_[rows[p]]) continue;
+    block.middleRows(3 * p, 3).setZero();
+    block.middleCols(3 * p, 3).setZero();
+    block.block<3, 3>(3 * p, 3 * p).setIdentity();
+  }
+}
+
 void InterfaceOperator::add_joined(Index group, double factor, const Block& compliance) {
   Block& block = groups_[group].block;
   const std::vector<Index>& rows = groups_[group].rows;
   const Index count = static_cast<Index>(rows.size());
-  if (block.size() == 0) block = Block::Zero(3 * count, 3 * count);
-  block += factor * compliance;
-  for (Index p = 0; p < count; ++p) {
-    if (active_[rows[p]]) {
-      for (int i = 0; i < 3; ++i) block(3 * p + i, 3 * p + i) += diagonal_[rows[p]];
-      continue;
-    }
-    block.middleRows(3 * p, 3).setZero();
-    block.middleCols(3 * p, 3).setZero();
-    block.block(3 * p, 3 * p, 3, 3).setIdentity();
+  if (block.size() == 0) {
+    block = Block::Zero(3 * count, 3 * count);
+    add_law(rows.data(), count, block);
   }
+  block += factor * compliance;
+  switch_off(rows.data(), count, block);
 }
 
 void InterfaceOperator::add(Index fiber, double factor, const Block& compliance) {
   Block& block = blocks_[fiber];
-  const Index first = first_row_[fiber], rows = first_row_[fiber + 1] - first;
+  std::vector<Index> rows;
+  for (Index p = first_row_[fiber]; p < first_row_[fiber + 1]; ++p) rows.push_back(p);
+  const Index count = static_cast<Index>(rows.size());
   if (block.size() == 0) {
-    block = Block::Zero(3 * rows, 3 * rows);
-    for (Index p = 0; p < rows; ++p)
-      for (int i = 0; i < 3; ++i) block(3 * p + i, 3 * p + i) = diagonal_[first + p];
+    block = Block::Zero(3 * count, 3 * count);
+    add_law(rows.data(), count, block);
   }
   block += factor * compliance;
-  for (Index p = 0; p < rows; ++p) {
-    if (active_[first + p]) continue;
-    block.middleRows(3 * p, 3).setZero();
-    block.middleCols(3 * p, 3).setZero();
-    block.block(3 * p, 3 * p, 3, 3).setIdentity();
-  }
+  switch_off(rows.data(), count, block);
 }
 
 bool InterfaceOperator::factorize() {
@@ -122,8 +135,10 @@ void InterfaceOperator::solve(double* b) const {
       if (!active_[first + p])
         for (int i = 0; i < 3; ++i) b[3 * (first + p) + i] = 0.0;
     if (blocks_[f].size() == 0) {
-      for (Index p = 0; p < rows; ++p)
-        for (int i = 0; i < 3; ++i) b[3 * (first + p) + i] /= diagonal_[first + p];
+      for (Index p = first; p < first + rows; ++p) {
+        Eigen::Map<Vec3> part(b + 3 * static_cast<std::size_t>(p));
+        part = (Eigen::Map<const Law>(&inverse_[9 * static_cast<std::size_t>(p)]) * part).eval();
+      }
     } else {
       Eigen::Map<Eigen::VectorXd> part(b + 3 * first, 3 * rows);
       work = factors_[f].solve(part);
@@ -138,13 +153,20 @@ void InterfaceOperator::apply(const double* lambda, double* out) const {
     if (is_joined(f)) continue;
     const Index first = first_row_[f], rows = first_row_[f + 1] - first;
     if (blocks_[f].size() == 0) {
-      for (Index p = 0; p < rows; ++p)
-        for (int i = 0; i < 3; ++i) out[3 * (first + p) + i] = diagonal_[first + p] * lambda[3 * (first + p) + i];
+      for (Index p = first; p < first + rows; ++p)
+        Eigen::Map<Vec3>(out + 3 * static_cast<std::size_t>(p)) =
+            law(p) * Eigen::Map<const Vec3>(lambda + 3 * static_cast<std::size_t>(p));
     } else {
       Eigen::Map<const Eigen::VectorXd> part(lambda + 3 * first, 3 * rows);
       Eigen::Map<Eigen::VectorXd>(out + 3 * first, 3 * rows) = blocks_[f] * part;
     }
   }
+}
+
+void InterfaceOperator::apply_law(const double* lambda, double* out) const {
+  for (Index p = 0; p < rows(); ++p)
+    Eigen::Map<Vec3>(out + 3 * static_cast<std::size_t>(p)) =
+        law(p) * Eigen::Map<const Vec3>(lambda + 3 * static_cast<std::size_t>(p));
 }
 
 }  // namespace fbi::coupling

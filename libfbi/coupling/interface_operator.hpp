@@ -1,4 +1,4 @@
-/// The interface operator S of S lambda = M v - g (SPEC section 4): one small block per fiber or group.
+/// The interface operator S of S lambda = M v - g (SPEC section 4): one small block for each row, fiber or group.
 #pragma once
 
 #include <Eigen/LU>
@@ -10,23 +10,24 @@
 
 namespace fbi::coupling {
 
-/// S of every fiber of this rank: kappa/epsilon on the diagonal plus, where fibers move within the same solve, the
-/// fiber's own compliance c w D K_b^-1 D^T. Fibers that joints hold together share one block. Entries are ordered (row, direction). Rows without coverage (kappa <= 0)
-/// are switched off: their multiplier is zero.
+/// S of every fiber of this rank: S_p = int Phi_p E^-1 ds of the interface law (kappa/epsilon for a number epsilon), a
+/// 3 x 3 matrix for each row, plus, where fibers move within the same solve, the fiber's own compliance
+/// c w D K_b^-1 D^T. Fibers that joints hold together share one block. Entries are ordered (row, direction). Rows
+/// without coverage (kappa <= 0, or S_p not positive definite, at the ends of partly covered elements) are switched
+/// off: their multiplier is zero.
 class InterfaceOperator {
  public:
   using Block = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-  /// `penalty` epsilon [force/(length velocity)] per length.
-  InterfaceOperator(const mesh::FiberMesh& fibers, double penalty);
+  explicit InterfaceOperator(const mesh::FiberMesh& fibers);
 
-  /// S = kappa/epsilon for the present coverage.
+  /// S of the interface law for the present coverage.
   void reset(const Coupling& coupling);
   /// S += factor * compliance for one fiber; compliance has shape=(3*rows,3*rows).
   void add(Index fiber, double factor, const Block& compliance);
   /// The same for a group of joined fibers, rows of its fibers one after the other.
   void add_joined(Index group, double factor, const Block& compliance);
-  /// Factorises the blocks that are not diagonal. Returns false when a block is singular or not finite.
+  /// Factorises the blocks that join rows. Returns false when a block is singular or not finite.
   bool factorize();
 
   /// b <- S^-1 b, shape=(rows,3), switched-off rows to zero.
@@ -35,9 +36,11 @@ class InterfaceOperator {
   void apply(const double* lambda, double* out) const;
 
   bool is_active(Index row) const { return active_[row] != 0; }
-  /// True for a fiber without a block of its own: kappa/epsilon, or part of the block of its group.
-  bool is_diagonal(Index fiber) const { return blocks_[fiber].size() == 0; }
-  /// Dense block of a fiber, empty when diagonal.
+  /// out = S lambda of the interface law alone, shape=(rows,3).
+  void apply_law(const double* lambda, double* out) const;
+  /// True for a fiber without a block of its own: only the law, or part of the block of its group.
+  bool is_local(Index fiber) const { return blocks_[fiber].size() == 0; }
+  /// Dense block of a fiber, empty when local.
   const Block& block(Index fiber) const { return blocks_[fiber]; }
   /// True for a fiber whose rows belong to the block of its group.
   bool is_joined(Index fiber) const { return group_[fiber] >= 0 && groups_[group_[fiber]].block.size() > 0; }
@@ -45,17 +48,21 @@ class InterfaceOperator {
   /// Dense block of a group of joined fibers, empty when its fibers do not move, and the rows it belongs to.
   const Block& joined_block(Index group) const { return groups_[group].block; }
   const std::vector<Index>& joined_rows(Index group) const { return groups_[group].rows; }
-  /// Diagonal of a fiber without compliance: kappa/epsilon, shape=(rows).
-  const std::vector<double>& diagonal() const { return diagonal_; }
+  /// S_p of the law, row-major; identity for a row that is switched off, shape=(rows,3,3).
+  const std::vector<double>& law() const { return law_; }
   Index first_row_of(Index fiber) const { return first_row_[fiber]; }
   Index fibers() const { return static_cast<Index>(first_row_.size()) - 1; }
   Index rows() const { return first_row_.back(); }
-  double penalty() const { return penalty_; }
 
  private:
-  double penalty_;
+  using Law = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  Eigen::Map<const Law> law(Index row) const { return Eigen::Map<const Law>(&law_[9 * static_cast<std::size_t>(row)]); }
+  /// Adds the law to a dense block of `rows`, and switches rows off.
+  void add_law(const Index* rows, Index count, Block& block) const;
+  void switch_off(const Index* rows, Index count, Block& block) const;
+
   std::vector<Index> first_row_;
-  std::vector<double> diagonal_;
+  std::vector<double> law_, inverse_;  ///< shape=(rows,3,3)
   std::vector<char> active_;
   std::vector<Block> blocks_;
   std::vector<Eigen::PartialPivLU<Block>> factors_;

@@ -145,24 +145,26 @@ void cut_in_box(const Curve& curve, const mesh::Box& box, std::vector<Segment>& 
       cuts.add(pieces, *plane);
   }
   const std::vector<double>& x = cuts.sorted();
-  const std::array<Index, 3> cells = box.cells();
   segments.clear();
-  for (std::size_t s = 0; s + 1 < x.size(); ++s) {
-    const Vec3 middle = curve.point(0.5 * (x[s] + x[s + 1]));
-    std::array<GlobalIndex, 3> at;
-    bool inside = true;
-    for (int i = 0; i < 3; ++i) {
-      const std::vector<double>& planes = box.coordinates[i];
-      const auto above = std::upper_bound(planes.begin(), planes.end(), middle[i]);
-      const GlobalIndex cell = std::clamp<GlobalIndex>(above - planes.begin() - 1, 0, cells[i] - 1);
-      const auto position = [&](GlobalIndex c) {  // xi in cell c
-        return 2.0 * ((middle[i] - planes[c]) / (planes[c + 1] - planes[c])) - 1.0;
-      };
-      inside = inside && std::abs(position(cell)) <= 1.0 + inside_tolerance;
-      at[i] = cell > 0 && std::abs(position(cell - 1)) <= 1.0 + inside_tolerance ? cell - 1 : cell;
-    }
-    append(segments, inside ? at[0] + cells[0] * (at[1] + cells[1] * at[2]) : -1, x[s], x[s + 1]);
+  for (std::size_t s = 0; s + 1 < x.size(); ++s)
+    append(segments, cell_in_box(box, curve.point(0.5 * (x[s] + x[s + 1]))), x[s], x[s + 1]);
+}
+
+GlobalIndex cell_in_box(const mesh::Box& box, const Vec3& point) {
+  const std::array<Index, 3> cells = box.cells();
+  std::array<GlobalIndex, 3> at;
+  bool inside = true;
+  for (int i = 0; i < 3; ++i) {
+    const std::vector<double>& planes = box.coordinates[i];
+    const auto above = std::upper_bound(planes.begin(), planes.end(), point[i]);
+    const GlobalIndex cell = std::clamp<GlobalIndex>(above - planes.begin() - 1, 0, cells[i] - 1);
+    const auto position = [&](GlobalIndex c) {  // xi in cell c
+      return 2.0 * ((point[i] - planes[c]) / (planes[c + 1] - planes[c])) - 1.0;
+    };
+    inside = inside && std::abs(position(cell)) <= 1.0 + inside_tolerance;
+    at[i] = cell > 0 && std::abs(position(cell - 1)) <= 1.0 + inside_tolerance ? cell - 1 : cell;
   }
+  return inside ? at[0] + cells[0] * (at[1] + cells[1] * at[2]) : -1;
 }
 
 }  // namespace fbi::coupling

@@ -21,10 +21,12 @@ struct Claim {
   double reach_begin, reach_end;
 };
 
-/// One piece of an element in the end; cell < 0: outside the fluid.
+/// One piece of an element in the end; cell < 0: outside the fluid. Trivially copyable.
 struct Segment {
-  GlobalIndex cell;
-  double begin, end;
+  GlobalIndex cell = -1;
+  double begin = 0.0, end = 0.0;
+  Index first_point = 0;  ///< number of its first integration point within the element
+  Index rule_point = -1;  ///< >= 0: not a piece, but this point of the rule on the whole element, at begin = end
 };
 
 /// Cuts closer to each other than this (of the parameter, element = [-1, 1]) are one.
@@ -41,5 +43,9 @@ void resolve(const std::vector<Claim>& claims, std::vector<Segment>& segments);
 /// Segments of a curve in a tensor-product box (overwritten): cuts at the planes of the grid, cells by bisection in the
 /// three coordinate arrays. The same rule as claim_parts and resolve, without a search.
 void cut_in_box(const Curve& curve, const mesh::Box& box, std::vector<Segment>& segments);
+
+/// The cell of a tensor-product box that holds a point, the one with the lowest id of several, or -1: the rule of
+/// cut_in_box.
+GlobalIndex cell_in_box(const mesh::Box& box, const Vec3& point);
 
 }  // namespace fbi::coupling

@@ -115,9 +115,11 @@ bool ExtendedSystem::factorize() {
       const Index first = interface_->first_row_of(f), count = interface_->first_row_of(f + 1) - first;
       for (Index a = 0; a < 3 * count; ++a)
         for (Index b = 0; b < 3 * count; ++b) {
-          if (interface_->is_diagonal(f) && a != b) continue;
-          const double value =
-              interface_->is_diagonal(f) ? interface_->diagonal()[first + a / 3] : interface_->block(f)(a, b);
+          if (interface_->is_local(f) && a / 3 != b / 3) continue;
+          const double value = interface_->is_local(f)
+                                   ? interface_->law()[9 * static_cast<std::size_t>(first + a / 3) + 3 * (a % 3) + b % 3]
+                                   : interface_->block(f)(a, b);
+          if (interface_->is_local(f) && a != b && value == 0.0) continue;
           add(multiplier_number(3 * (first_row + first) + a), multiplier_number(3 * (first_row + first) + b), -value);
         }
     }

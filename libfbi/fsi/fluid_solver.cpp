@@ -308,8 +308,8 @@ bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed) 
   for (Index f = 0; f < interface_->fibers(); ++f) {
     if (interface_->is_joined(f)) continue;
     const Index first = interface_->first_row_of(f), count = interface_->first_row_of(f + 1) - first;
-    blocks.push_back({first, count, interface_->is_diagonal(f) ? nullptr : interface_->block(f).data(),
-                      interface_->diagonal().data() + first});
+    blocks.push_back({first, count, interface_->is_local(f) ? nullptr : interface_->block(f).data(),
+                      interface_->law().data() + 9 * static_cast<std::size_t>(first)});
   }
   for (Index g = 0; g < interface_->groups(); ++g)
     if (interface_->joined_block(g).size() > 0)

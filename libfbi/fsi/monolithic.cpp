@@ -123,17 +123,18 @@ void move_fibers(System& system, const std::vector<double>& force) {
   beams.increment(delta);
 }
 
-/// Largest of M u - D v_b - kappa/eps lambda relative to kappa times the largest fluid speed.
+/// Largest of M u - D v_b - S_law lambda relative to kappa times the largest fluid speed.
 double constraint_residual(const System& system, const std::vector<double>& lambda) {
   const std::vector<double> slip = system.slip();
+  std::vector<double> law(slip.size());
+  system.interface().apply_law(lambda.data(), law.data());
   const coupling::Coupling& coupling = system.coupling();
   double largest = 0.0;
   for (Index p = 0; p < coupling.rows(); ++p) {
     if (!system.interface().is_active(p)) continue;
-    const double kappa = coupling.kappa()[p];
     for (int i = 0; i < 3; ++i) {
       const std::size_t k = 3 * static_cast<std::size_t>(p) + i;
-      largest = std::max(largest, std::abs(slip[k] / kappa - lambda[k] / system.interface().penalty()));
+      largest = std::max(largest, std::abs(slip[k] - law[k]) / coupling.kappa()[p]);
     }
   }
   largest = system.comm().max(largest);
@@ -169,7 +170,8 @@ StepReport solve_monolithic(System& system) {
     const bool last = linearized && iteration == 1;
     if (coupled && !last) {
       if (!condense(system, g)) break;
-      if (iteration == 0) multipliers(system, g, lambda);
+      // Bases whose rows follow the segments have other rows in other positions.
+      if (iteration == 0 || (iterated && !system.coupling().has_fixed_rows())) multipliers(system, g, lambda);
     }
     // Residuals of this iterate.
     ResidualNorms norms;

@@ -32,7 +32,7 @@ System::System(fluid::FluidField* fluid, beam::BeamField* beams, const mesh::Fib
   if (fluid_ == nullptr || beams_ == nullptr) return;
   check_group_sizes();
   coupling_ = std::make_unique<coupling::Coupling>(fluid_->mesh(), *fibers_, coupling_parameters_);
-  interface_ = std::make_unique<coupling::InterfaceOperator>(*fibers_, coupling_parameters_.penalty);
+  interface_ = std::make_unique<coupling::InterfaceOperator>(*fibers_);
   lambda_.assign(3 * static_cast<std::size_t>(coupling_->rows()), 0.0);
   lambda_old_ = lambda_;
 }
@@ -81,8 +81,19 @@ void System::begin_step(double time, double dt) {
   if (fluid_ == nullptr) return;
   fluid_->begin_step(time, dt);
   if (fluid_->pressure_is_free()) check_boundary_flow(*fluid_, time);
+  if (coupling_ != nullptr && coupling_->needs_stabilization()) coupling_->set_stabilization(stabilization());
   if (solver_ == nullptr)
     solver_ = std::make_unique<FluidSolver>(*fluid_, coupling_.get(), interface_.get(), solver_parameters_);
+}
+
+std::vector<coupling::CellViscosity> System::stabilization() const {
+  const double viscosity = fluid_->parameters().viscosity;
+  std::vector<coupling::CellViscosity> cells(fluid_->mesh().local_cells());
+  for (Index c = 0; c < fluid_->mesh().local_cells(); ++c) {
+    const double size = std::cbrt(fluid_->cell_volume(c));
+    cells[c] = {fluid_->tau_m()[c] * viscosity / (size * size), fluid_->tau_c(c) / viscosity};
+  }
+  return cells;
 }
 
 void System::accept_step() {
@@ -121,7 +132,7 @@ std::vector<double> System::fiber_force(const std::vector<double>& lambda) const
 }
 
 std::vector<double> System::slip() const {
-  std::vector<double> slip, fiber(lambda_.size());
+  std::vector<double> slip, fiber(3 * static_cast<std::size_t>(coupling_->rows()));
   solver_->interpolate(fluid_->iterate(), slip);
   coupling_->apply_d(beams_->velocity(), fiber.data());
   for (std::size_t k = 0; k < slip.size(); ++k) slip[k] -= fiber[k];

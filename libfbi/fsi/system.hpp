@@ -105,6 +105,8 @@ class System {
  private:
   /// Throws Error(usage) for groups of joined fibers whose block of S would be too large. Collective.
   void check_group_sizes() const;
+  /// tau_M mu/h^2 and tau_C/mu of every local cell at the present tau.
+  std::vector<coupling::CellViscosity> stabilization() const;
 
   fluid::FluidField* fluid_;
   beam::BeamField* beams_;

@@ -185,6 +185,14 @@ void Reader::number(const Field& f, double& value, const Range& range) {
   if (const Node* node = take(f, path)) real(*node, path, value, range);
 }
 
+void Reader::number_or_word(const Field& f, double& value, bool& is_word, const Range& range, const Word& word) {
+  std::string path;
+  const Node* node = take(f, path);
+  if (node == nullptr) return;
+  is_word = node->kind == Node::Kind::text && node->text == word.name;
+  if (!is_word) real(*node, path, value, range);
+}
+
 void Reader::integer(const Field& f, Index& value, const Range& range) {
   std::string path;
   if (const Node* node = take(f, path)) whole(*node, path, value, range);

@@ -18,6 +18,7 @@ class Reader final : public Visitor {
 
   void flag(const Field& f, bool& value) override;
   void number(const Field& f, double& value, const Range& range) override;
+  void number_or_word(const Field& f, double& value, bool& is_word, const Range& range, const Word& word) override;
   void integer(const Field& f, Index& value, const Range& range) override;
   void text(const Field& f, std::string& value) override;
   void pair(const Field& f, std::array<double, 2>& value, const Range& range) override;

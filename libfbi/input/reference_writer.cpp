@@ -33,6 +33,9 @@ class ReferenceWriter final : public Visitor {
   void number(const Field& f, double& value, const Range& range) override {
     row(f, "number" + bounds(range), code(number_text(value)));
   }
+  void number_or_word(const Field& f, double& value, bool& /*is_word*/, const Range& range, const Word& word) override {
+    row(f, "number" + bounds(range) + "<br>`\"" + word.name + "\"` " + word.meaning, code(number_text(value)));
+  }
   void integer(const Field& f, Index& value, const Range& range) override {
     row(f, "whole number" + bounds(range), code(std::to_string(value)));
   }

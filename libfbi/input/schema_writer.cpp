@@ -34,6 +34,11 @@ class SchemaWriter final : public Visitor {
     if (f.has_default && !f.is_required) schema["default"] = value;
     add(f, schema);
   }
+  void number_or_word(const Field& f, double& value, bool& /*is_word*/, const Range& range, const Word& word) override {
+    Json schema = {{"anyOf", Json::array({{{"const", word.name}}, number_schema(range)})}};
+    if (f.has_default && !f.is_required) schema["default"] = value;
+    add(f, schema);
+  }
   void integer(const Field& f, Index& value, const Range& range) override {
     Json schema = number_schema(range, "integer");
     if (f.has_default && !f.is_required) schema["default"] = value;

@@ -92,6 +92,8 @@ class Visitor {
   virtual void flag(const Field& f, bool& value) = 0;
   /// A number, or a constant formula as text.
   virtual void number(const Field& f, double& value, const Range& range = {}) = 0;
+  /// A number, or one word that stands for something else.
+  virtual void number_or_word(const Field& f, double& value, bool& is_word, const Range& range, const Word& word) = 0;
   virtual void integer(const Field& f, Index& value, const Range& range = {}) = 0;
   virtual void text(const Field& f, std::string& value) = 0;
   /// Two numbers.

@@ -31,7 +31,11 @@ Sparse assemble(const MultiplierRows& m, const std::vector<InterfaceBlock>& s) {
     if (block.dense == nullptr) {
       for (Index p = 0; p < block.rows; ++p)
         for (int i = 0; i < 3; ++i)
-          entries.emplace_back(3 * (block.first + p) + i, 3 * (block.first + p) + i, block.diagonal[p]);
+          for (int j = 0; j < 3; ++j) {
+            const double value = block.local[9 * static_cast<std::size_t>(p) + 3 * i + j];
+            if (i == j || value != 0.0)
+              entries.emplace_back(3 * (block.first + p) + i, 3 * (block.first + p) + j, value);
+          }
     } else {
       const Index n = 3 * block.rows;
       const auto row = [&block](Index a) {

@@ -21,12 +21,12 @@ struct MultiplierRows {
 };
 
 /// A block of S: rows [first, first + rows), or those listed in `index`, dense with entries ordered (row, direction),
-/// or diagonal when `dense` is null.
+/// or one 3 x 3 matrix for each row when `dense` is null.
 struct InterfaceBlock {
   Index first = 0;
   Index rows = 0;
   const double* dense = nullptr;     ///< row-major, shape=(3*rows,3*rows)
-  const double* diagonal = nullptr;  ///< shape=(rows), the same in every direction
+  const double* local = nullptr;     ///< row-major, shape=(rows,3,3)
   const Index* index = nullptr;      ///< shape=(rows), rows of a dense block that do not follow each other
 };
 

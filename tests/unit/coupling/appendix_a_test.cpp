@@ -28,10 +28,14 @@ TEST(AppendixA, MatricesToTwelveDigits) {
   const Curve curve = hermite_curve(dofs, dofs + 6, length);
   const Measure measure = make_measure(curve);
   const fem::QuadratureRule rule = fem::gauss_legendre(data["gauss_points"]);
-  FiberIntegrals fiber;
-  integrate_fiber(measure, 0.5 * length, rule, -1.0, 1.0, fiber);
-  std::array<std::array<double, 8>, rows_per_element> m{};
-  ASSERT_TRUE(integrate_fluid(curve, measure, make_cell(corners), rule, -1.0, 1.0, m));
+  const Basis basis(Multiplier::linear);
+  std::vector<IntegrationPoint> points;
+  integration_points(measure, rule, {.cell = 0, .begin = -1.0, .end = 1.0}, points);
+  ElementIntegrals fiber;
+  fiber.reset(2);
+  integrate_fiber(basis, 0.5 * length, points, fiber);
+  std::vector<std::array<double, 8>> m(2);
+  ASSERT_TRUE(integrate_fluid(basis, curve, make_cell(corners), points, m));
   double worst = 0.0;
   for (int p = 0; p < 2; ++p) {
     worst = std::max(worst, std::abs(fiber.kappa[p] - data["kappa"][p].get<double>()));

@@ -1,5 +1,6 @@
 // Curves, crossings, inverse maps and segments of single elements.
 #include "coupling/segmentation.hpp"
+#include "fem/line_shapes.hpp"
 
 #include <gtest/gtest.h>
 
