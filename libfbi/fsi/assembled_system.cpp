@@ -67,9 +67,9 @@ std::vector<std::vector<Index>> interface_blocks(const coupling::InterfaceOperat
   for (Index f = 0; f < interface.fibers(); ++f) {
     if (interface.is_joined(f)) continue;
     const Index first = interface.first_row_of(f), end = interface.first_row_of(f + 1);
-    if (!interface.is_diagonal(f)) blocks.emplace_back();
+    if (!interface.is_local(f)) blocks.emplace_back();
     for (Index p = first; p < end; ++p) {
-      if (interface.is_diagonal(f)) blocks.emplace_back();
+      if (interface.is_local(f)) blocks.emplace_back();
       blocks.back().push_back(p);
     }
   }
