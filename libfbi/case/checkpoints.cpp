@@ -31,8 +31,11 @@ StateList list_state(Setup& setup) {
       list.fibers.push_back({"coupling_force", 6, &setup.system->force_old()});
       list.fibers.push_back({"coupling_force_older", 6, &setup.system->force_older()});
       list.fibers.push_back({"coupling_force_oldest", 6, &setup.system->force_oldest()});
+      list.fibers.push_back({"last_motion", 6, &setup.system->last_motion()});
     }
   }
+  if (setup.acceleration != nullptr)
+    for (auto& [name, values] : setup.acceleration->state()) list.fibers.push_back({name, 6, values});
   return list;
 }
 
@@ -59,7 +62,10 @@ void save_checkpoint(Setup& setup, const io::RunPaths& paths, const std::string&
   header.case_fingerprint = fingerprint_of_physics(json);
   if (setup.fluid != nullptr)
     for (const auto& [name, value] : setup.fluid->scalars()) header.numbers[name] = *value;
-  if (setup.acceleration != nullptr) header.vectors["acceleration"] = setup.acceleration->history();
+  if (setup.acceleration != nullptr) {
+    const std::vector<double> history = setup.acceleration->history();
+    if (!history.empty()) header.vectors["acceleration"] = history;
+  }
   io::write_checkpoint(setup.fiber_mesh->comm, paths, header, setup.fluid_mesh.get(), list.fluid,
                        setup.fiber_mesh.get(), list.fibers);
   setup.system->drop_caches();
@@ -70,6 +76,12 @@ GlobalIndex load_checkpoint(Setup& setup, const io::RunPaths& paths, const std::
   Timed timed("restart");
   const Comm& comm = setup.fiber_mesh->comm;
   const GlobalIndex step = io::find_checkpoint(comm, paths, which);
+  if (setup.acceleration != nullptr) {  // how many arrays it has is part of its history
+    const io::CheckpointHeader header =
+        io::read_checkpoint(comm, paths, step, fingerprint_of_physics(json), nullptr, {}, setup.fiber_mesh.get(), {});
+    const auto history = header.vectors.find("acceleration");
+    if (history != header.vectors.end()) setup.acceleration->set_history(history->second);
+  }
   StateList list = list_state(setup);
   const io::CheckpointHeader header =
       io::read_checkpoint(comm, paths, step, fingerprint_of_physics(json), setup.fluid_mesh.get(), list.fluid,
@@ -87,9 +99,6 @@ GlobalIndex load_checkpoint(Setup& setup, const io::RunPaths& paths, const std::
     }
     setup.fluid->state_restored();
   }
-  const auto history = header.vectors.find("acceleration");
-  if (setup.acceleration != nullptr && history != header.vectors.end())
-    setup.acceleration->set_history(history->second);
   setup.system->drop_caches();
   return step;
 }

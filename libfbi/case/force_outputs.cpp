@@ -27,7 +27,7 @@ std::vector<double> ForceOutputs::values(const fsi::System& system) const {
   fluid::FluidField& fluid = system.fluid();
   const linalg::VecHandle balance = fluid.create_vector();
   fluid.internal_forces(balance);
-  if (system.is_coupled()) system.solver().add_spread(system.lambda_old(), balance, true);
+  if (system.fluid_feels_fibers()) system.solver().add_spread(system.lambda_old(), balance, true);
   const std::vector<fluid::BoundaryForce> forces = forces_->evaluate(fluid.iterate(), balance);
   for (std::size_t k = 0; k < outputs_.size(); ++k) {
     const auto add = [&](const Vec3& v) { values.insert(values.end(), v.data(), v.data() + 3); };

@@ -93,6 +93,8 @@ bool Recorder::after_step(const fsi::StepClock& clock, const fsi::StepReport& re
                              static_cast<double>(report.krylov),
                              static_cast<double>(report.coupling_iterations),
                              static_cast<double>(report.evaluations),
+                             report.relaxation,
+                             static_cast<double>(report.interface_krylov),
                              report.residual,
                              cfl,
                              violation,

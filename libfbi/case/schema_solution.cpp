@@ -8,10 +8,77 @@ namespace fbi::cases {
 
 using namespace input;
 
+namespace {
+
+/// What belongs to the schemes that solve fluid and fibers in turns.
+void describe_partitioned(Visitor& v, fsi::SchemeParameters& scheme) {
+  using fsi::Scheme;
+  const std::string name = "scheme", all = "constant, aitken, newton_krylov or iqn_ils";
+  const bool partitioned = scheme.scheme != Scheme::monolithic;
+  const std::string hint = "remove it or set \"scheme\": \"aitken\"";
+  const std::string newton = hint + " (the tolerances of monolithic are those of \"solver\")";
+  v.number(field("tolerance", "largest relative change of the interaction force").only(name, all, partitioned, newton),
+           scheme.tolerance, positive());
+  v.number(
+      field("absolute_tolerance", "the same, absolute, root mean square", "force").only(name, all, partitioned, newton),
+      scheme.absolute_tolerance, at_least(0.0));
+  v.integer(field("max_iterations", "most iterations of a step").only(name, all, partitioned, newton),
+            scheme.max_iterations, at_least(1));
+  v.flag(field("implicit_penalty",
+               "the force of the penalty that follows the fibers' own velocity stays in their equations")
+             .only(name, all, partitioned, hint),
+         scheme.implicit_penalty);
+  v.choice<fsi::ForcePredictor>(
+      field("force_predictor", "force that a step starts from").only(name, all, partitioned, hint),
+      scheme.force_predictor,
+      {{fsi::ForcePredictor::constant, "constant", "that of the last step"},
+       {fsi::ForcePredictor::linear, "linear", "extrapolated from two steps"},
+       {fsi::ForcePredictor::quadratic, "quadratic", "extrapolated from three steps"}});
+  const bool krylov = scheme.scheme == Scheme::newton_krylov, quasi = scheme.scheme == Scheme::iqn_ils;
+  v.number(field("relaxation", "relaxation factor; aitken and iqn_ils: the first")
+               .only(name, "constant, aitken or iqn_ils", partitioned && !krylov, hint),
+           scheme.relaxation, Range{.min = 0.0, .max = 1.0, .without_min = true});
+  const std::string use_krylov = "remove it or set \"scheme\": \"newton_krylov\"";
+  v.choice<fsi::Differences>(
+      field("differences", "evaluation of the fields for the differences of the Jacobian")
+          .only(name, "newton_krylov", krylov, use_krylov),
+      scheme.differences,
+      {{fsi::Differences::linearized, "linearized", "one linear solve of each about the iterate"},
+       {fsi::Differences::nonlinear, "nonlinear", "both solved again, fiber positions included"}});
+  v.number(field("gamma", "difference step over the size of the force").only(name, "newton_krylov", krylov, use_krylov),
+           scheme.gamma, Range{.min = 0.0, .max = 1.0, .without_min = true});
+  v.number(field("krylov_tolerance", "residual of a linear solve on the interface, relative")
+               .only(name, "newton_krylov", krylov, use_krylov),
+           scheme.krylov_tolerance, Range{.min = 0.0, .max = 1.0, .without_min = true});
+  v.integer(field("krylov_iterations", "most iterations of a linear solve on the interface")
+                .only(name, "newton_krylov", krylov, use_krylov),
+            scheme.krylov_iterations, at_least(1));
+  const std::string use_quasi = "remove it or set \"scheme\": \"iqn_ils\"";
+  v.integer(field("reuse", "earlier steps that the quasi-Newton matrix is built from as well")
+                .only(name, "iqn_ils", quasi, use_quasi),
+            scheme.reuse, at_least(0));
+  v.number(field("filter", "differences of which less than this share is independent of newer ones are dropped")
+               .only(name, "iqn_ils", quasi, use_quasi),
+           scheme.filter, Range{.min = 0.0, .max = 1.0, .without_min = true});
+}
+
+}  // namespace
+
 void describe_coupling(Visitor& v, coupling::CouplingParameters& p, fsi::SchemeParameters& scheme) {
   v.choice<fsi::Scheme>(field("scheme", "how fluid and fibers are solved"), scheme.scheme,
                         {{fsi::Scheme::monolithic, "monolithic", "together, fibers condensed"},
-                         {fsi::Scheme::aitken, "aitken", "in turns, force relaxed by Aitken's rule"}});
+                         {fsi::Scheme::constant, "constant", "in turns, force relaxed by a constant factor"},
+                         {fsi::Scheme::aitken, "aitken", "in turns, force relaxed by Aitken's rule"},
+                         {fsi::Scheme::newton_krylov, "newton_krylov", "in turns, Newton's method by differences"},
+                         {fsi::Scheme::iqn_ils, "iqn_ils", "in turns, quasi-Newton by least squares"}});
+  v.choice<fsi::Direction>(
+      field("direction", "which field feels the other"), scheme.direction,
+      {{fsi::Direction::two_way, "two_way", "each the other"},
+       {fsi::Direction::fluid_only, "fluid_only",
+        "the fluid feels the fibers, which move by their own loads, supports or motion"},
+       {fsi::Direction::fiber_only, "fiber_only", "the fibers feel the fluid, which flows as if they were not there"}});
+  if (scheme.scheme != fsi::Scheme::monolithic && scheme.direction != fsi::Direction::two_way && v.given("scheme"))
+    v.error("scheme", "nothing is to be iterated with \"direction\": \"fluid_only\" or \"fiber_only\"; remove it");
   v.choice<coupling::Multiplier>(
       field("multiplier", "Lagrange multipliers on the fibers"), p.multiplier,
       {{coupling::Multiplier::linear, "linear", "linear, continuous over a fiber"},
@@ -26,13 +93,15 @@ void describe_coupling(Visitor& v, coupling::CouplingParameters& p, fsi::SchemeP
       field("penalty", "force per fiber length and velocity difference", "force time/length^2"), p.penalty,
       p.automatic, positive(),
       {"auto", "from viscosity, cells and the radius of the fiber, which then has its own resistance; with ring"});
-  v.choice<fsi::GeometryUpdate>(field("geometry_update", "fiber positions used by the coupling terms"),
-                                scheme.geometry_update,
-                                {{fsi::GeometryUpdate::lagged, "lagged", "those at the start of the step"},
-                                 {fsi::GeometryUpdate::iterated, "iterated", "those of the current iterate"}});
+  v.choice<fsi::GeometryUpdate>(
+      field("geometry_update", "fiber positions used by the coupling terms"), scheme.geometry_update,
+      {{fsi::GeometryUpdate::lagged, "lagged", "those at the start of the step"},
+       {fsi::GeometryUpdate::extrapolated, "extrapolated", "extrapolated from the last two steps, second order"},
+       {fsi::GeometryUpdate::iterated, "iterated", "those of the current iterate"}});
   v.choice<fsi::CouplingWeight>(
       field("coupling_weight",
-            "share w of the new coupling force in the fiber equations: w lambda_(n+1) + (1-w) lambda_n"),
+            "share w of the new coupling force in the fiber equations: w lambda_(n+1) + (1-w) lambda_n")
+          .only("direction", "two_way or fiber_only", scheme.direction != fsi::Direction::fluid_only),
       scheme.coupling_weight,
       {{fsi::CouplingWeight::theta, "theta", "that of the fluid: both receive the same impulse"},
        {fsi::CouplingWeight::one_minus_alpha_f, "1-alpha_f", "that of the fibers' generalised-alpha"}});
@@ -45,19 +114,7 @@ void describe_coupling(Visitor& v, coupling::CouplingParameters& p, fsi::SchemeP
   v.choice<coupling::Outside>(field("outside", "fibers that reach out of the fluid"), p.outside,
                               {{coupling::Outside::error, "error", "end the run"},
                                {coupling::Outside::allow, "allow", "feel the fluid only inside it"}});
-  const bool aitken = scheme.scheme == fsi::Scheme::aitken;
-  const std::string hint = "remove it or set \"scheme\": \"aitken\"";
-  const std::string newton = hint + " (the tolerances of monolithic are those of \"solver\")";
-  v.number(
-      field("tolerance", "largest relative change of the interaction force").only("scheme", "aitken", aitken, newton),
-      scheme.tolerance, positive());
-  v.number(field("absolute_tolerance", "the same, absolute, root mean square", "force")
-               .only("scheme", "aitken", aitken, newton),
-           scheme.absolute_tolerance, at_least(0.0));
-  v.integer(field("max_iterations", "most iterations of a step").only("scheme", "aitken", aitken, newton),
-            scheme.max_iterations, at_least(1));
-  v.number(field("relaxation", "first relaxation factor").only("scheme", "aitken", aitken, hint), scheme.relaxation,
-           Range{.min = 0.0, .max = 1.0, .without_min = true});
+  describe_partitioned(v, scheme);
 }
 
 void describe_solver(Visitor& v, fsi::SolverParameters& p) {

@@ -5,7 +5,7 @@
 
 namespace fbi::fsi {
 
-void Aitken::advance(std::vector<double>& x, const std::vector<double>& r) {
+bool Aitken::advance(std::vector<double>& x, const std::vector<double>& r, const NearbyMap& /*nearby*/) {
   // Whether there is a previous residual must be the same decision on ranks without fibers.
   const bool first = !comm_.any(!previous_.empty());
   if (first) {
@@ -22,6 +22,7 @@ void Aitken::advance(std::vector<double>& x, const std::vector<double>& r) {
   }
   previous_ = r;
   for (std::size_t k = 0; k < x.size(); ++k) x[k] += omega_ * r[k];
+  return true;
 }
 
 }  // namespace fbi::fsi

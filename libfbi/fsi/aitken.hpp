@@ -14,7 +14,7 @@ class Aitken : public Acceleration {
   Aitken(const Comm& comm, double initial) : comm_(comm), initial_(initial), omega_(initial) {}
 
   void begin_step() override { previous_.clear(); }
-  void advance(std::vector<double>& x, const std::vector<double>& r) override;
+  bool advance(std::vector<double>& x, const std::vector<double>& r, const NearbyMap& nearby) override;
   double relaxation() const override { return omega_; }
   std::vector<double> history() const override { return {omega_}; }
   void set_history(const std::vector<double>& values) override { omega_ = values.at(0); }

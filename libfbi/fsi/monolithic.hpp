@@ -17,9 +17,11 @@ StepReport solve_monolithic(System& system);
 
 /// Fluid alone for given S and g (null: no multipliers): Newton on the fluid from its iterate, used by the partitioned
 /// schemes. `lambda` returns S^-1 (M v - g). Stops at newton_tolerance times `reference`, which is raised to the first
-/// residual when that is larger (start a step with 0). Adds to the counts of `report`. Returns false when it did not
+/// residual when that is larger (start a step with 0), and at `force_share` of |D^T lambda| if that is less (0: not
+/// asked for). `geometry_changed`: what the solver knows of M is old; becomes
+/// false when it is renewed. Adds to the counts of `report`. Returns false when it did not
 /// converge. Collective.
 bool solve_fluid(System& system, const std::vector<double>* g, std::vector<double>& lambda, StepReport& report,
-                 bool geometry_changed, double& reference);
+                 bool& geometry_changed, double& reference, double force_share = 0.0);
 
 }  // namespace fbi::fsi

@@ -9,10 +9,27 @@
 
 namespace fbi::fsi {
 
-enum class Scheme { monolithic, aitken };
+enum class Scheme { monolithic, constant, aitken, newton_krylov, iqn_ils };
+enum class Direction {
+  two_way,
+  fluid_only,  ///< the fluid feels the fibers, which move by their own loads and supports
+  fiber_only   ///< the fibers feel the fluid, which flows as without them
+};
 enum class GeometryUpdate {
-  lagged,   ///< D, M, kappa from the positions at t_n
-  iterated  ///< from the current iterate
+  lagged,        ///< D, M, kappa from the positions at t_n
+  extrapolated,  ///< from 2 d_n - d_{n-1}
+  iterated       ///< from the current iterate
+};
+/// The interaction force that the iteration of a partitioned scheme starts from.
+enum class ForcePredictor {
+  constant,  ///< f_n
+  linear,    ///< 2 f_n - f_{n-1}
+  quadratic  ///< 3 f_n - 3 f_{n-1} + f_{n-2}
+};
+/// How newton_krylov evaluates the fields for the differences of the Jacobian.
+enum class Differences {
+  linearized,  ///< one linear solve of each field about the current iterate
+  nonlinear    ///< both fields solved again
 };
 enum class LinearSolver {
   automatic,  ///< direct below 3,000 unknowns (150,000 for steady flow), else iterative
@@ -32,7 +49,16 @@ struct SchemeParameters {
   double tolerance = 1e-6;            ///< partitioned: change of the interaction force, relative; absolute part below
   double absolute_tolerance = 1e-12;  ///< the same, per sqrt(N)
   Index max_iterations = 100;         ///< partitioned
-  double relaxation = 0.1;            ///< first relaxation factor of aitken
+  double relaxation = 0.1;            ///< constant; first factor of aitken and iqn_ils
+  Direction direction = Direction::two_way;
+  bool implicit_penalty = false;  ///< partitioned: epsilon D^T kappa^-1 D v_b stays in the equations of the fibers
+  ForcePredictor force_predictor = ForcePredictor::linear;  ///< partitioned
+  Differences differences = Differences::linearized;        ///< newton_krylov
+  double gamma = 1e-4;             ///< newton_krylov: parameter of the difference step
+  double krylov_tolerance = 1e-2;  ///< newton_krylov: |J dx + r| <= this |r|
+  Index krylov_iterations = 50;    ///< newton_krylov: largest dimension of the Krylov space
+  Index reuse = 8;                 ///< iqn_ils: earlier steps whose columns are kept
+  double filter = 1e-2;            ///< iqn_ils: columns with a smaller independent part are dropped, relative
 };
 
 struct SolverParameters {

@@ -7,6 +7,7 @@
 #include "base/error.hpp"
 #include "base/log.hpp"
 #include "base/timer.hpp"
+#include "linalg/vector_access.hpp"
 
 namespace fbi::fsi {
 
@@ -26,7 +27,7 @@ System::System(fluid::FluidField* fluid, beam::BeamField* beams, const mesh::Fib
     fibers_move_ = comm_.any(beams_->moving_fibers() > 0);
     has_joints_ = comm_.any(!fibers_->joined.empty());
     force_old_.assign(6 * static_cast<std::size_t>(fibers_->nodes()), 0.0);
-    last_force_ = force_older_ = force_oldest_ = force_old_;
+    last_force_ = last_motion_ = force_older_ = force_oldest_ = force_old_;
   }
   if (fluid_ != nullptr) fluid_->set_linearization(solver.nonlinear);
   if (fluid_ == nullptr || beams_ == nullptr) return;
@@ -39,15 +40,18 @@ System::System(fluid::FluidField* fluid, beam::BeamField* beams, const mesh::Fib
 
 void System::check_group_sizes() const {
   std::string text;
+  const bool keeps_blocks =
+      (scheme_.scheme == Scheme::monolithic && scheme_.direction != Direction::fluid_only) || scheme_.implicit_penalty;
   for (const std::vector<Index>& group : fibers_->joined) {
     Index nodes = 0;
     for (const Index f : group) nodes += fibers_->first_node[f + 1] - fibers_->first_node[f];
-    if (nodes <= most_joined_nodes || scheme_.scheme != Scheme::monolithic) continue;
+    if (nodes <= most_joined_nodes || !keeps_blocks) continue;
     text = log::format(
-        "fiber \"%s\" hangs together with others by joints, %d nodes in all; the monolithic scheme keeps a "
+        "fiber \"%s\" hangs together with others by joints, %d nodes in all; %s keeps a "
         "dense block of them and takes at most %d: use coarser fibers, fewer joints, or \"scheme\": "
-        "\"aitken\"",
-        fibers_->name[group[0]].c_str(), nodes, most_joined_nodes);
+        "\"aitken\" without implicit_penalty",
+        fibers_->name[group[0]].c_str(), nodes,
+        scheme_.scheme == Scheme::monolithic ? "the monolithic scheme" : "implicit_penalty", most_joined_nodes);
     break;
   }
   agree_on_error(comm_, ExitCode::usage, text);
@@ -77,13 +81,19 @@ void check_boundary_flow(const fluid::FluidField& fluid, double time) {
 
 void System::begin_step(double time, double dt) {
   dt_ = dt;
-  if (beams_ != nullptr) beams_->begin_step(time, dt);
+  if (beams_ != nullptr) {
+    // The first step has no step before it; the motion that it goes on from is that of the initial velocity.
+    if (time < 1.5 * dt)
+      for (std::size_t k = 0; k < last_motion_.size(); ++k) last_motion_[k] = dt * beams_->accepted_velocity()[k];
+    beams_->begin_step(time, dt);
+  }
   if (fluid_ == nullptr) return;
   fluid_->begin_step(time, dt);
   if (fluid_->pressure_is_free()) check_boundary_flow(*fluid_, time);
   if (coupling_ != nullptr && coupling_->needs_stabilization()) coupling_->set_stabilization(stabilization());
   if (solver_ == nullptr)
-    solver_ = std::make_unique<FluidSolver>(*fluid_, coupling_.get(), interface_.get(), solver_parameters_);
+    solver_ = std::make_unique<FluidSolver>(*fluid_, fluid_feels_fibers() ? coupling_.get() : nullptr,
+                                            fluid_feels_fibers() ? interface_.get() : nullptr, solver_parameters_);
 }
 
 std::vector<coupling::CellViscosity> System::stabilization() const {
@@ -98,7 +108,7 @@ std::vector<coupling::CellViscosity> System::stabilization() const {
 
 void System::accept_step() {
   if (coupling_ != nullptr) {
-    last_force_ = fiber_force(lambda_);
+    if (scheme_.direction != Direction::fluid_only) last_force_ = fiber_force(lambda_);
     lambda_old_ = lambda_;
     force_oldest_ = std::move(force_older_);
     force_older_ = force_old_;
@@ -106,7 +116,10 @@ void System::accept_step() {
     coupling_->add_d_transposed(lambda_.data(), force_old_, 1.0);
   }
   if (fluid_ != nullptr) fluid_->accept_step();
-  if (beams_ != nullptr) beams_->accept_step();
+  if (beams_ == nullptr) return;
+  last_motion_ = beams_->accepted_dofs();
+  beams_->accept_step();
+  for (std::size_t k = 0; k < last_motion_.size(); ++k) last_motion_[k] = beams_->accepted_dofs()[k] - last_motion_[k];
 }
 
 bool System::update_geometry(const std::vector<double>& dofs) {
@@ -116,6 +129,22 @@ bool System::update_geometry(const std::vector<double>& dofs) {
   geometry_dofs_ = dofs;
   has_geometry_ = true;
   return true;
+}
+
+std::vector<double> System::first_positions() const {
+  if (scheme_.geometry_update == GeometryUpdate::iterated) return beams_->dofs();
+  std::vector<double> dofs = beams_->accepted_dofs();
+  if (scheme_.geometry_update == GeometryUpdate::extrapolated)
+    for (std::size_t k = 0; k < dofs.size(); ++k) dofs[k] += last_motion_[k];
+  return dofs;
+}
+
+void System::interpolate(Vec u, std::vector<double>& out) const {
+  Timed timed("M v");
+  out.resize(3 * static_cast<std::size_t>(coupling_->rows()));
+  linalg::GhostedForm form(u);
+  linalg::Read values(form.get());
+  coupling_->interpolate(values.get(), 4, out.data());
 }
 
 void System::drop_caches() {
@@ -133,7 +162,7 @@ std::vector<double> System::fiber_force(const std::vector<double>& lambda) const
 
 std::vector<double> System::slip() const {
   std::vector<double> slip, fiber(3 * static_cast<std::size_t>(coupling_->rows()));
-  solver_->interpolate(fluid_->iterate(), slip);
+  interpolate(fluid_->iterate(), slip);
   coupling_->apply_d(beams_->velocity(), fiber.data());
   for (std::size_t k = 0; k < slip.size(); ++k) slip[k] -= fiber[k];
   return slip;
@@ -158,7 +187,7 @@ void System::fluid_residual(const std::vector<double>& lambda, Vec r) const {
     Timed timed("fluid residual");
     fluid_->residual(r);
   }
-  if (coupling_ != nullptr) solver_->add_spread(lambda, r);
+  if (fluid_feels_fibers()) solver_->add_spread(lambda, r);
   solver_->project_residual(r);
 }
 

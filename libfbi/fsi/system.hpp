@@ -27,7 +27,8 @@ struct StepReport {
   int newton = 0;               ///< nonlinear iterations of the fluid (or of the whole monolithic system)
   int krylov = 0;               ///< Krylov iterations, all linear solves together
   int coupling_iterations = 0;  ///< of a partitioned scheme; 1 for monolithic
-  int evaluations = 0;          ///< solutions of both fields
+  int evaluations = 0;          ///< solutions of both fields, each one solve of the fluid and one of the fibers
+  int interface_krylov = 0;     ///< Krylov iterations of newton_krylov on the interface
   double residual = 0.0;        ///< largest of the norms that the step ended with
   double relaxation = 0.0;      ///< last relaxation factor of a partitioned scheme
   std::vector<ResidualNorms> history;
@@ -47,6 +48,10 @@ class System {
   bool is_coupled() const { return coupling_ != nullptr; }
   /// Some fiber on some rank has equations to solve.
   bool fibers_move() const { return fibers_move_; }
+  /// The fibers act on the fluid; false with direction fiber_only.
+  bool fluid_feels_fibers() const { return is_coupled() && scheme_.direction != Direction::fiber_only; }
+  /// Fibers move by the force of the fluid; false where none moves and with direction fluid_only.
+  bool fibers_follow() const { return is_coupled() && fibers_move_ && scheme_.direction != Direction::fluid_only; }
   /// Some fibers on some rank are joined.
   bool has_joints() const { return has_joints_; }
 
@@ -60,6 +65,11 @@ class System {
   /// D, M, kappa at the positions `dofs`; nothing is done when they are those of the last call. Returns whether they
   /// changed. Collective.
   bool update_geometry(const std::vector<double>& dofs);
+  /// Positions that the coupling terms of this step start from: d_n, or 2 d_n - d_{n-1} when extrapolated, or the
+  /// iterate when iterated; shape=(fiber nodes,6).
+  std::vector<double> first_positions() const;
+  /// out = M u, shape=(rows,3) [velocity length]; ghosts of u up to date. Collective.
+  void interpolate(Vec u, std::vector<double>& out) const;
   /// Forget what the last geometry was built from (after a restart, or to make a checkpoint reproducible).
   void drop_caches();
 
@@ -99,6 +109,9 @@ class System {
   const std::vector<double>& force_older() const { return force_older_; }
   std::vector<double>& force_oldest() { return force_oldest_; }
   const std::vector<double>& force_oldest() const { return force_oldest_; }
+  /// d_n - d_{n-1}, shape=(fiber nodes,6).
+  std::vector<double>& last_motion() { return last_motion_; }
+  const std::vector<double>& last_motion() const { return last_motion_; }
   /// lambda_n for output, shape=(rows of that step,3). No solution depends on it: the number of rows may change.
   const std::vector<double>& lambda_old() const { return lambda_old_; }
 
@@ -123,7 +136,7 @@ class System {
   bool has_geometry_ = false;
   std::vector<double> geometry_dofs_;
   std::vector<double> lambda_, lambda_old_;
-  std::vector<double> force_old_, force_older_, force_oldest_, last_force_;
+  std::vector<double> force_old_, force_older_, force_oldest_, last_force_, last_motion_;
   double dt_ = 0.0;
 };
 

@@ -6,6 +6,7 @@
 #include "base/timer.hpp"
 #include "fsi/dirichlet_neumann.hpp"
 #include "fsi/monolithic.hpp"
+#include "fsi/one_way.hpp"
 #include "fsi/steady.hpp"
 
 namespace fbi::fsi {
@@ -50,6 +51,8 @@ StepReport solve_step(System& system, Acceleration* acceleration, const StepCloc
   system.begin_step(clock.time, clock.dt);
   if (!system.has_fluid()) return solve_fibers(system);
   if (system.fluid().is_steady()) return solve_steady(system);
+  if (system.is_coupled() && system.scheme().direction == Direction::fiber_only) return solve_fiber_only(system);
+  if (system.is_coupled() && system.scheme().direction == Direction::fluid_only) return solve_fluid_only(system);
   if (acceleration != nullptr && system.is_coupled() && system.fibers_move())
     return solve_dirichlet_neumann(system, *acceleration, clock.time, clock.dt);
   return solve_monolithic(system);

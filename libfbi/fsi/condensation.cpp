@@ -1,0 +1,123 @@
+#include "fsi/condensation.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/timer.hpp"
+
+namespace fbi::fsi {
+namespace {
+
+constexpr double round_off_margin = 10.0;  // the norm of all rows against the largest entry
+
+/// The velocities that the fibers reach without the new coupling force: v_b + c K_b^-1 ((1-w) f_n - G_b).
+std::vector<double> free_velocity(System& system) {
+  const mesh::FiberMesh& fibers = system.fibers();
+  beam::BeamField& beams = system.beams();
+  std::vector<double> velocity = beams.velocity();
+  const double c = beams.velocity_per_displacement(), w = system.weight();
+  std::vector<double> increment;
+  for (Index f = 0; f < fibers.fibers(); ++f) {
+    if (beams.is_fixed(f) || fibers.is_joined(f)) continue;
+    const std::size_t begin = 6 * static_cast<std::size_t>(fibers.first_node[f]);
+    const std::size_t end = 6 * static_cast<std::size_t>(fibers.first_node[f + 1]);
+    increment.resize(end - begin);
+    for (std::size_t k = begin; k < end; ++k)
+      increment[k - begin] = (1.0 - w) * system.force_old()[k] - beams.residual()[k];
+    beams.solve(f, increment.data());
+    for (std::size_t k = begin; k < end; ++k) velocity[k] += c * increment[k - begin];
+  }
+  if (fibers.joined.empty()) return velocity;
+  increment.resize(velocity.size());
+  for (std::size_t k = 0; k < increment.size(); ++k)
+    increment[k] = (1.0 - w) * system.force_old()[k] - beams.residual()[k];
+  beams.solve(increment);
+  for (const std::vector<Index>& group : fibers.joined)
+    for (const Index f : group)
+      for (std::size_t k = 6 * static_cast<std::size_t>(fibers.first_node[f]);
+           k < 6 * static_cast<std::size_t>(fibers.first_node[f + 1]); ++k)
+        velocity[k] += c * increment[k];
+  return velocity;
+}
+
+}  // namespace
+
+void add_compliance(const System& system, coupling::InterfaceOperator& s) {
+  const coupling::Coupling& coupling = system.coupling();
+  const mesh::FiberMesh& fibers = system.fibers();
+  const beam::BeamField& beams = system.beams();
+  const double factor = beams.velocity_per_displacement() * system.weight();
+  if (factor == 0.0) return;
+  beam::RowMatrix compliance;
+  for (Index f = 0; f < fibers.fibers(); ++f) {
+    if (beams.is_fixed(f) || fibers.is_joined(f)) continue;
+    const Index rows = coupling.first_row_of(f + 1) - coupling.first_row_of(f);
+    beams.compliance(f, coupling.d_block(f).data(), rows, compliance);
+    s.add(f, factor, compliance);
+  }
+  for (std::size_t g = 0; g < fibers.joined.size(); ++g) {
+    std::vector<const double*> d;
+    std::vector<Index> rows;
+    for (const Index f : fibers.joined[g]) {
+      d.push_back(coupling.d_block(f).data());
+      rows.push_back(coupling.first_row_of(f + 1) - coupling.first_row_of(f));
+    }
+    beams.compliance_joined(static_cast<Index>(g), d, rows, compliance);
+    s.add_joined(static_cast<Index>(g), factor, compliance);
+  }
+}
+
+bool condense(System& system, std::vector<double>& g) {
+  Timed timed("condensation");
+  coupling::InterfaceOperator& interface = system.interface();
+  const coupling::Coupling& coupling = system.coupling();
+  beam::BeamField& beams = system.beams();
+  interface.reset(coupling);
+  g.assign(3 * static_cast<std::size_t>(coupling.rows()), 0.0);
+  if (system.fibers_follow() && beams.velocity_per_displacement() != 0.0) {
+    add_compliance(system, interface);
+    coupling.apply_d(free_velocity(system), g.data());
+  } else {
+    coupling.apply_d(beams.velocity(), g.data());
+  }
+  return !system.comm().any(!interface.factorize());
+}
+
+void multipliers(System& system, const std::vector<double>& g, std::vector<double>& lambda) {
+  system.interpolate(system.fluid().iterate(), lambda);
+  for (std::size_t k = 0; k < lambda.size(); ++k) lambda[k] -= g[k];
+  system.interface().solve(lambda.data());
+}
+
+double fiber_residual(const System& system, const std::vector<double>& force) {
+  const beam::BeamField& beams = system.beams();
+  std::vector<double> residual = beams.residual();
+  for (std::size_t k = 0; k < force.size(); ++k) residual[k] -= force[k];
+  beams.remove_constrained(residual);
+  const double value = std::hypot(interface_norm(system.comm(), residual),
+                                  std::sqrt(system.comm().sum(beams.squared_moment_residual())));
+  return system.has_joints() ? std::hypot(value, std::sqrt(system.comm().sum(beams.squared_joint_residual()))) : value;
+}
+
+double fiber_round_off(const System& system) {
+  const Comm& comm = system.comm();
+  return std::max(system.solver_parameters().newton_absolute_tolerance * comm.max(system.beams().force_scale()),
+                  round_off_margin * comm.max(system.beams().round_off()));
+}
+
+void move_fibers(System& system, const std::vector<double>& force) {
+  Timed timed("fiber increments");
+  beam::BeamField& beams = system.beams();
+  std::vector<double> delta(force.size());
+  for (std::size_t k = 0; k < delta.size(); ++k) delta[k] = force[k] - beams.residual()[k];
+  beams.solve(delta);
+  beams.increment(delta);
+}
+
+double interface_norm(const Comm& comm, const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value * value;
+  return std::sqrt(comm.sum(sum));
+}
+
+}  // namespace fbi::fsi
