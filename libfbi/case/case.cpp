@@ -15,8 +15,11 @@
 namespace fbi::cases {
 namespace {
 
-std::vector<io::HistoryColumn> history_columns(const ProbeSet& probes, const fsi::System& system) {
+std::vector<io::HistoryColumn> history_columns(const ProbeSet& probes, const Setup& setup) {
+  const fsi::System& system = *setup.system;
   std::vector<io::HistoryColumn> columns = io::standard_history_columns();
+  if (setup.acceleration != nullptr)
+    columns.insert(columns.end(), {{"relaxation", "-"}, {"interface_krylov", "-"}});
   for (std::size_t k = 0; k < probes.columns().size(); ++k) columns.push_back({probes.columns()[k], probes.units()[k]});
   for (const io::HistoryColumn& column : energy_columns(system)) columns.push_back(column);
   return columns;
@@ -99,7 +102,7 @@ ExitCode run_case(const RunOptions& options) {
   warn_if_outdated(comm, options.case_path, header);
   ProbeSet probes(parameters.output.probes, *setup.fiber_mesh, setup.fluid_mesh.get());
   probes.add_forces(parameters.output.forces, setup.fluid.get());
-  const std::vector<io::HistoryColumn> columns = history_columns(probes, *setup.system);
+  const std::vector<io::HistoryColumn> columns = history_columns(probes, setup);
   std::vector<std::string> names;
   for (const io::HistoryColumn& column : columns) names.push_back(column.name);
   Expectations expectations(parameters.expect, names);

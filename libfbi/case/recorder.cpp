@@ -93,12 +93,12 @@ bool Recorder::after_step(const fsi::StepClock& clock, const fsi::StepReport& re
                              static_cast<double>(report.krylov),
                              static_cast<double>(report.coupling_iterations),
                              static_cast<double>(report.evaluations),
-                             report.relaxation,
-                             static_cast<double>(report.interface_krylov),
                              report.residual,
                              cfl,
                              violation,
                              seconds};
+  if (setup_.acceleration != nullptr)
+    row.insert(row.end(), {report.relaxation, static_cast<double>(report.interface_krylov)});
   row.insert(row.end(), values.begin(), values.end());
   history_.write(row);
   expectations_.add_row(clock.time, row);

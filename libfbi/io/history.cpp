@@ -72,12 +72,12 @@ std::string kept_rows(const std::string& path, const std::string& names, GlobalI
 }  // namespace
 
 const std::vector<HistoryColumn>& standard_history_columns() {
-  static const std::vector<HistoryColumn> columns = {
-      {"step", "-"},        {"time", "time"},    {"dt", "time"},
-      {"newton", "-"},      {"krylov", "-"},     {"coupling_iterations", "-"},
-      {"evaluations", "-"}, {"relaxation", "-"}, {"interface_krylov", "-"},
-      {"residual", "-"},    {"cfl", "-"},        {"constraint_violation", "-"},
-      {"wall_seconds", "s"}};
+  static const std::vector<HistoryColumn> columns = {{"step", "-"},        {"time", "time"},
+                                                     {"dt", "time"},       {"newton", "-"},
+                                                     {"krylov", "-"},      {"coupling_iterations", "-"},
+                                                     {"evaluations", "-"}, {"residual", "-"},
+                                                     {"cfl", "-"},         {"constraint_violation", "-"},
+                                                     {"wall_seconds", "s"}};
   return columns;
 }
 

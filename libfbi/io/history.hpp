@@ -22,8 +22,8 @@ struct HistoryColumn {
   std::string unit;
 };
 
-/// The columns every history begins with: step, time, dt, newton, krylov, coupling_iterations, evaluations, relaxation,
-/// interface_krylov, residual, cfl, constraint_violation, wall_seconds.
+/// The columns every history begins with: step, time, dt, newton, krylov, coupling_iterations, evaluations, residual,
+/// cfl, constraint_violation, wall_seconds.
 const std::vector<HistoryColumn>& standard_history_columns();
 
 /// Writes rows as they come; rank 0 holds the file.
