@@ -107,6 +107,9 @@ Scene inspect(const Setup& setup) {
   // Per node: about 60 vectors of four unknowns (Krylov basis included), the pressure matrix and its multigrid levels,
   // the mesh.
   scene.memory += 3500.0 * static_cast<double>(scene.fluid_nodes);
+  // The assembled matrix, its sum with the multiplier term, the factors, and what PETSc keeps to fill them again.
+  if (parameters.solver.linear == fsi::LinearSolver::reference)
+    scene.memory += 40000.0 * static_cast<double>(scene.fluid_nodes);
   scene.disk_per_output += 32.0 * static_cast<double>(scene.fluid_nodes);
   scene.disk_per_checkpoint += 96.0 * static_cast<double>(scene.fluid_nodes);
   return scene;

@@ -22,9 +22,8 @@ class AssembledSystem {
                   const coupling::InterfaceOperator* interface, const SolverParameters& parameters);
 
   /// Assembles and factorises at the present linearisation, M and S; `geometry_changed`: M is not that of the last
-  /// call; `continuity_scale` multiplies the continuity rows. False on all ranks when a pivot is zero. Cost: 2,100
-  /// bytes a node for the fluid matrix, about as much each for its sum with the multiplier term and for the factors.
-  /// Collective.
+  /// call; `continuity_scale` multiplies the continuity rows. False on all ranks when a pivot is zero. Cost: some 40 kB
+  /// of memory a node for matrices and factors. Collective.
   bool prepare(bool geometry_changed, double continuity_scale);
   /// x of the system above; b has scaled continuity rows. Collective.
   linalg::KrylovResult solve(Vec b, Vec x, double tolerance) { return solver_.solve(b, x, tolerance); }
