@@ -60,6 +60,17 @@ TEST(Reference, iterated_geometry_at_a_large_penalty) {
   compare("iterated geometry, penalty 1e4", json, 4);
 }
 
+// A fixed fiber across all axes: a full 3 x 3 block of S for each row, rows of quadratic multipliers.
+TEST(Reference, rings_and_a_law_with_directions) {
+  Json json = fast("monolithic");
+  json["fibers"][0] = parse_json(R"({ "name": "beam", "elements": 4, "formulation": "fixed",
+      "section": { "radius": 0.01 },
+      "curve": { "type": "line", "from": [1.4, 0.1, 0.015], "to": [1.7, 0.6, 0.045] } })");
+  json["time"].erase("beam");
+  json["coupling"] = {{"operator", "ring"}, {"penalty", "auto"}, {"multiplier", "quadratic"}};
+  compare("rings, penalty auto, quadratic multipliers", json, 3);
+}
+
 // Two fibers in one block of S, in a closed channel whose pressure level is free.
 TEST(Reference, joined_fibers_in_a_closed_channel) {
   Json json = fast("monolithic");
