@@ -57,6 +57,18 @@ TEST(RadiusOfTheMesh, TaylorHughesZarins) {
 TEST(RadiusOfTheMesh, ViscousResidual) {
   check_radius("tau h^2/(12 nu), viscous residual full", options("franca_valentin", false, "full"), {0.0605, 0.5747});
 }
+TEST(RadiusOfTheMesh, PressureProjection) {
+  Json changes;
+  changes["fluid"] = {{"pressure_stabilization", "projection"}, {"viscous_residual", nullptr}};
+  for (const int n : {32, 33}) {
+    Lattice lattice;
+    lattice.cells = n;
+    lattice.position[0] = lattice.position[1] = n % 2 == 0 ? 0.0 : 0.5;
+    lattice.projection = true;
+    row(log::format("radius of the mesh a/h, pressure projection, fiber %s", place_of(n)), symbol,
+        lattice_radius(lattice), transverse_radius(n, changes), 1e-3);
+  }
+}
 TEST(RadiusOfTheMesh, GradDiv) {
   check_radius("whiting_jansen with grad-div", options("whiting_jansen", true), {0.162, 0.692});
   check_radius("whiting_jansen with grad-div, viscous residual full", options("whiting_jansen", true, "full"),

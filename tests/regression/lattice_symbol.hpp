@@ -19,6 +19,7 @@ struct Lattice {
   bool viscous_residual = false;    ///< mixed second derivatives in the residual of PSPG
   double sigma = 0.0;               ///< rho h^2/(mu dt): implicit Euler from rest
   bool inertia_in_residual = true;  ///< rho dv/dt in the residual of PSPG
+  bool projection = false;          ///< pressure projection instead of PSPG
 };
 
 /// Mean over the modes k != 0 of the velocity that a unit force per length causes at its own place (all modes when
@@ -49,7 +50,11 @@ inline std::array<double, 2> lattice_velocity(const Lattice& l) {
       Complex d1 = g1, d2 = g2;
       if (l.inertia_in_residual) d1 -= l.tau * l.sigma * g1, d2 -= l.tau * l.sigma * g2;
       if (l.viscous_residual) d1 -= l.tau * i * s[0] * k[1], d2 -= l.tau * i * s[1] * k[0];
-      const double c = l.tau * laplacian;
+      double c = l.tau * laplacian;
+      if (l.projection) {  // (q - mean, p - mean)
+        d1 = g1, d2 = g2;
+        c = m[0] * m[1] - 0.25 * (1 + std::cos(angle[0])) * (1 + std::cos(angle[1]));
+      }
       if (a == 0 && b == 0) {
         across += weight / mass;
         continue;
