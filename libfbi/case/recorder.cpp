@@ -67,10 +67,13 @@ Recorder::Recorder(Setup& setup, const RunOptions& options, const io::RunPaths& 
       history_(history),
       probes_(probes),
       expectations_(expectations),
+      crossings_(setup),
       progress_(first, last),
       clock_{first, static_cast<double>(first) * setup.dt, setup.dt},
       written_(first),
-      saved_(first) {}
+      saved_(first) {
+  crossings_.values();  // what crosses from the beginning is said at once
+}
 
 bool Recorder::after_step(const fsi::StepClock& clock, const fsi::StepReport& report) {
   const Comm& comm = setup_.fiber_mesh->comm;
@@ -84,6 +87,8 @@ bool Recorder::after_step(const fsi::StepClock& clock, const fsi::StepReport& re
     sound_ = false;
     throw Error(ExitCode::diverged, "a velocity, force or probe is not finite; try a smaller time.step");
   }
+  const std::vector<double> crossing = crossings_.values();
+  values.insert(values.end(), crossing.begin(), crossing.end());
   clock_ = clock;
   const double seconds = comm.max(progress_.step_done(clock.step));
   std::vector<double> row = {static_cast<double>(clock.step),

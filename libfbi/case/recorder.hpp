@@ -5,6 +5,7 @@
 
 #include "base/progress.hpp"
 #include "case/case.hpp"
+#include "case/crossing_fibers.hpp"
 #include "case/expectations.hpp"
 #include "case/probes.hpp"
 #include "case/setup.hpp"
@@ -60,6 +61,7 @@ class Recorder {
   io::History& history_;
   const ProbeSet& probes_;
   Expectations& expectations_;
+  CrossingFibers crossings_;
   Progress progress_;
   fsi::StepClock clock_;  // of the last step recorded
   bool settled_ = false;

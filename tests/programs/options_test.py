@@ -42,6 +42,37 @@ class Options(ProgramTest):
             self.expect_code(1, self.run_program(program))
         self.assertFalse((self.folder / "reed.run").exists())
 
+    def test_crossing_fibers(self):
+        """Fibers that pass through each other are counted in every row, and said once; a restart goes on counting."""
+        case = {
+            "fibers": [
+                {"name": "bar", "elements": 3, "formulation": "fixed", "section": {"radius": 0.02},
+                 "curve": {"type": "line", "from": [0, 0, 0], "to": [1, 0, 0]}},
+                {"name": "swing", "elements": 2, "formulation": "prescribed", "section": {"radius": 0.01},
+                 "motion": [0, 0, "-t"], "curve": {"type": "line", "from": [0.4, -0.5, 0.055], "to": [0.4, 0.5, 0.055]},
+                 "array": {"counts": [2, 1, 1], "spacing": [0.2, 0, 0]}},
+                {"name": "post", "elements": 1, "section": {"radius": 0.01}, "material": {"young": 1e6, "density": 10},
+                 "curve": {"type": "line", "from": [2, 0, 0], "to": [2, 1, 0]}, "clamped": "start"}],
+            "time": {"step": 0.01, "end": 0.1}, "output": {"every": 5, "checkpoint": 5}}
+        counts = [0, 0, 2, 2, 2, 2, 2, 2, 0, 0]  # at 0.045 ... -0.045 above the bar, 0.03 is near
+
+        def counted():
+            columns, rows = table_of(self.folder / "reed.run.csv")
+            return [float(row[columns.index("fibers:crossing")]) for row in rows]
+
+        for ranks in (1, 2):
+            self.new_folder()
+            self.generate(case)
+            outcome = self.expect_code(0, self.run_program("fbi-run", "reed.h5", ranks=ranks))
+            self.assertEqual(counted(), counts)
+            self.assertEqual(outcome.err.count("pairs of fibers touch or cross"), 1, outcome.err)
+            self.assertIn('"bar" and "swing/0"', outcome.err)
+            self.new_folder()
+            self.generate(case)
+            self.run_program("fbi-run", "reed.h5", "--steps", "5", ranks=ranks)
+            self.expect_code(0, self.run_program("fbi-run", "reed.h5", "--restart", "last", ranks=ranks))
+            self.assertEqual(counted(), counts)
+
     def test_dry_run(self):
         self.generate(reed())
         before = sorted(self.folder.rglob("*"))
