@@ -99,7 +99,7 @@ std::vector<std::string> write_plot(const std::string& base, const Plot& plot) {
 
 std::vector<std::string> write_panels(const std::string& base, const std::vector<Plot>& panels) {
   const std::string name = std::filesystem::path(base).filename().string();
-  const std::size_t count = panels.size();
+  const std::size_t count = panels.size(), colors = 8;  // of gnuplot; further curves are dashed
   std::string data, drawing = log::format("set multiplot layout %zu,1\n", count);
   std::size_t block = 0;
   for (std::size_t p = 0; p < count; ++p) {
@@ -107,17 +107,19 @@ std::vector<std::string> write_panels(const std::string& base, const std::vector
     data += data_of(panel);
     drawing += "set title " + gnuplot_quoted(p == 0 ? panel.title : "") + " noenhanced\nset ylabel " +
                gnuplot_quoted(panel.y_label) + "\nset xlabel " + gnuplot_quoted(p + 1 == count ? panel.x_label : "") +
-               "\nset key " + (p == 0 ? "inside top right\n" : "off\n");
+               "\nset key " + (p + 1 == count ? "outside below\n" : "off\n");
     for (std::size_t i = 0; i < panel.curves.size(); ++i)
       drawing += std::string(i ? ", \\\n     " : "plot ") + gnuplot_quoted(name + ".dat") + " index " +
                  std::to_string(block++) + " using 1:" + std::to_string(panel.y_column) + " with " +
-                 (panel.curves[i].rows.size() < 2 ? "points" : "lines") + log::format(" linestyle %zu", i + 1) +
-                 " linewidth 2 title " + gnuplot_quoted(panel.curves[i].label) + " noenhanced";
+                 (panel.curves[i].rows.size() < 2 ? "points" : "lines") +
+                 log::format(" linestyle %zu dashtype %zu", i % colors + 1, i / colors + 1) + " linewidth 2 title " +
+                 gnuplot_quoted(panel.curves[i].label) + " noenhanced";
     drawing += "\n";
   }
   drawing += "unset multiplot\n";
-  const double height = 0.15 + 0.27 * static_cast<double>(count);
-  std::string script = "# Run it with: gnuplot " + name + ".gp\nset encoding utf8\nset grid\nset lmargin 10\nset rmargin 3\nset yrange [0:*]\n";
+  const double height = 0.15 + 0.27 * static_cast<double>(count) + 0.01 * static_cast<double>(panels[0].curves.size());
+  std::string script = "# Run it with: gnuplot " + name +
+                       ".gp\nset encoding utf8\nset grid\nset lmargin 10\nset rmargin 3\nset yrange [0:*]\n";
   const auto draw = [&](const std::string& terminal, const std::string& ending) {
     script +=
         "set terminal " + terminal + "\nset output " + gnuplot_quoted(name + ending) + "\n" + drawing + "set output\n";

@@ -30,8 +30,8 @@ struct Plot {
 std::vector<std::string> write_plot(const std::string& base, const Plot& plot);
 
 /// The same for several plots over one x axis, one above the other in one picture: title of the first, x label of the
-/// last, the key once, with the curves of the first, which all of them should have. The data of all are in one file,
-/// one block a curve in the order of the plots. Without logarithmic axes and guides.
+/// last, the key once, below, with the curves of the last, which all of them should have. The data of all are in one
+/// file, one block a curve in the order of the plots. Without logarithmic axes and guides.
 std::vector<std::string> write_panels(const std::string& base, const std::vector<Plot>& panels);
 
 /// A text as a gnuplot string.
