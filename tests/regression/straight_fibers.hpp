@@ -108,6 +108,15 @@ inline constexpr double duct_constant = 0.5393526012;  ///< F/(mu U) = 2 pi/ln(0
 
 inline double duct_radius(double resistance) { return duct_constant * std::exp(-2 * std::numbers::pi / resistance); }
 
+/// Fiber midway between plates at distance 2 H = 1: everything else moves at -1.
+inline Json plates(int n) {
+  const int nx = 8 * n + n % 2;
+  Json json = box_with_fiber(nx, n, 1.0 / n, 0.5 * nx / n, 0.5);
+  for (const char* face : {"xmin", "xmax", "ymin", "ymax"})
+    json["channel"]["boundaries"][face] = parse_json(R"({ "type": "inflow", "velocity": ["-1", "0", "0"] })");
+  return json;
+}
+
 /// F/(mu U) of a cylinder midway between plates at distance 2 H, k = a/H (Faxen 1946).
 inline double faxen(double k) {
   return 4 * std::numbers::pi /

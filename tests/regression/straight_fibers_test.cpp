@@ -44,13 +44,8 @@ TEST(Duct, FiberAlongItsAxis) {
   }
 }
 
-/// Fiber midway between plates at distance 2 H = 1: everything else moves at -1.
 double plates_drag(int n) {
-  const int nx = 8 * n + n % 2;
-  Json json = box_with_fiber(nx, n, 1.0 / n, 0.5 * nx / n, 0.5);
-  for (const char* face : {"xmin", "xmax", "ymin", "ymax"})
-    json["channel"]["boundaries"][face] = parse_json(R"({ "type": "inflow", "velocity": ["-1", "0", "0"] })");
-  CoupledCase run(json);
+  CoupledCase run(plates(n));
   return -solve_for_force(run, 2.0 / n)[0];
 }
 
