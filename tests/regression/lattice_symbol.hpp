@@ -7,6 +7,9 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <vector>
+
+#include "base/types.hpp"
 
 namespace fbi::test {
 
@@ -85,6 +88,52 @@ inline double duct_velocity(int n) {
       sum += shape * shape / (k[0] * m[1] + m[0] * k[1]);
     }
   return sum;
+}
+
+/// Velocity that a uniform unit force per length along (1,1,0) causes at its own place in a periodic cube of n^3 cells
+/// of size 1, force and velocity spread over a ring of radius 1/2 with 8 points; the line lies at height z over the
+/// nodes. Trilinear functions and PSPG with tau_M mu/h^2 = 1/12.
+inline Mat3 oblique_ring_velocity(int n, double z) {
+  using Complex = std::complex<double>;
+  constexpr int along = 60, around = 8;
+  const double pi = std::numbers::pi, half = std::numbers::sqrt2 / 2;
+  std::vector<Vec3> points;  // one period of the line
+  for (int s = 0; s < along; ++s)
+    for (int q = 0; q < around; ++q) {
+      const double angle = 2 * pi * (q + 0.5) / around, x = (s + 0.5) / along;
+      points.push_back(Vec3(x, x, z) +
+                       0.5 * (std::cos(angle) * Vec3(half, -half, 0) + std::sin(angle) * Vec3::UnitZ()));
+    }
+  Mat3 sum = Mat3::Zero();
+  for (int a = 0; a < n; ++a)
+    for (int c = 0; c < n; ++c) {
+      const int mode[3] = {a, (n - a) % n, c};  // those that are constant along the line
+      if (a == 0 && c == 0) continue;
+      Vec3 angle, m, k, s;
+      for (int d = 0; d < 3; ++d) {
+        angle[d] = 2 * pi * mode[d] / n;
+        m[d] = (2 + std::cos(angle[d])) / 3;
+        k[d] = 2 - 2 * std::cos(angle[d]);
+        s[d] = std::sin(angle[d]);
+      }
+      Complex weight = 0.0;
+      for (const Vec3& point : points) {
+        Complex shape = 1.0;
+        for (int d = 0; d < 3; ++d) {
+          const double cell = std::floor(point[d]), x = point[d] - cell;
+          shape *= std::polar(1.0, -angle[d] * cell) * ((1 - x) + x * std::polar(1.0, -angle[d]));
+        }
+        weight += shape / static_cast<double>(points.size());
+      }
+      const Vec3 stiffness(k[0] * m[1] * m[2], m[0] * k[1] * m[2], m[0] * m[1] * k[2]);
+      const Vec3 slope(s[0] * m[1] * m[2], m[0] * s[1] * m[2], m[0] * m[1] * s[2]);
+      Mat3 matrix = slope * slope.transpose() * 12 / stiffness.sum();
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+          matrix(i, j) += i == j ? stiffness.sum() + stiffness[i] : s[i] * s[j] * m[3 - i - j];
+      sum += std::norm(weight) * matrix.inverse();
+    }
+  return sum * std::numbers::sqrt2 / (n * n);
 }
 
 /// Radius over h of a fiber held in a square array of side N h, from ln(N h/a) = 4 pi mu U/F + 1.3105329259 (Hasimoto
