@@ -349,7 +349,7 @@ TEST(Stress, SlidingInTheFacesBetweenParts) {
       }
     const Scene scene(mesh, data);
     Coupling coupling(scene.fluid, scene.fibers, allow_outside());
-    for (int step = 0; step <= 16; ++step) {
+    for (int step = 0; step <= 15; ++step) {  // at 16 nothing would be left in the fluid
       const auto positions = [&](const mesh::FiberMesh& fibers) {
         std::vector<double> dofs = moved(fibers, Vec3::Zero());
         for (Index f = 0; f < fibers.fibers(); ++f)
