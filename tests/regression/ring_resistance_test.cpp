@@ -53,6 +53,36 @@ TEST(Ring, ThickFiberAcrossAnArray) {
   }
 }
 
+/// A fifth of the array is fiber: beyond what a ring of forces can stand for.
+TEST(Ring, DenseArray) {
+  constexpr double radius = 0.252313252, exact = 51.52694896;
+  const double ours = array_drag(with_ring(array_cell(32), radius), 32).resistance;
+  row("S-H1", "ring and auto, square array, solid fraction 0.2, 32 cells: F/(mu U)", "Sangani and Acrivos 1982", exact,
+      ours, 0.12);
+  EXPECT_LT(ours, 0.95 * exact) << "better than the documented limit";
+}
+
+/// The law of "auto" in other stabilisations.
+TEST(Ring, ThinFiberWithOtherOptions) {
+  constexpr double radius = 0.005641896, exact = 3.24955742;
+  struct Choice {
+    const char* name;
+    const char* fluid;
+  };
+  const Choice choices[] = {{"whiting_jansen", R"({ "tau": "whiting_jansen" })"},
+                            {"whiting_jansen with grad-div", R"({ "tau": "whiting_jansen", "grad_div": true })"},
+                            {"viscous residual full", R"({ "viscous_residual": "full" })"}};
+  for (const Choice& choice : choices)
+    for (const int n : {16, 17}) {
+      Json json = with_ring(array_cell(n), radius);
+      json["fluid"].merge_patch(parse_json(choice.fluid));
+      row("S-H1",
+          log::format("ring and auto, square array, %s, a/h %.3g, %d cells, fiber %s: F/(mu U)", choice.name,
+                      radius * n, n, place_of(n)),
+          "Hasimoto 1959, cylinders of the fiber's radius", exact, array_drag(json, n).resistance, 0.03);
+    }
+}
+
 TEST(Ring, FiberAlongADuct) {
   for (const auto& [radius, exact] : {std::pair{0.01, 1.57560806}, {0.02, 1.90709472}, {0.05, 2.64182920}})
     for (const int n : {16, 17}) {
