@@ -13,6 +13,7 @@
 #include "post/history_series.hpp"
 #include "post/info.hpp"
 #include "post/iterations.hpp"
+#include "post/map.hpp"
 #include "post/picture.hpp"
 #include "post/plot.hpp"
 #include "post/quantities.hpp"
@@ -49,6 +50,8 @@ struct Arguments {
   std::vector<std::string> quantities;
   std::optional<double> reference_value, from, length, speed;
   std::string reduce = "last";
+  // maps
+  std::vector<std::string> shown;
   // verification
   std::string page = "docs/verification.md";
 };
@@ -269,6 +272,18 @@ void iterations(const Arguments& arguments) {
   if (!arguments.no_plot) say_written(write_panels(base, iterations_plots(runs)));
 }
 
+void map(const Arguments& arguments) {
+  for (const std::string& file : arguments.files) {
+    std::filesystem::path base(file);
+    base.replace_extension();
+    if (!arguments.directory.empty()) {
+      fbi::io::make_directory(arguments.directory);
+      base = std::filesystem::path(arguments.directory) / base.filename();
+    }
+    say_written(write_map(base.string(), read_map(file, arguments.shown), arguments.shown));
+  }
+}
+
 void verification(const Arguments& arguments) {
   const std::vector<VerificationRow> rows = read_rows(arguments.files);
   std::vector<std::string> empty;
@@ -391,6 +406,11 @@ int main(int argc, char** argv) {
       add("iterations", "iterations, evaluations and relaxation of each step, wall time: table and plot", iterations);
   iterations_command->add_option("runs", arguments.files, "results NAME.run.h5; several are compared")->required();
 
+  CLI::App* map_command = add("map", "what is stable for pairs of parameters: heat maps (PNG, SVG)", map);
+  map_command->add_option("tables", arguments.files, "tables NAME.tsv of tools/stability")->required();
+  map_command->add_option("--show", arguments.shown, "column whose numbers stand in the cells; may be repeated")
+      ->allow_extra_args(false);
+
   CLI::App* verification_command =
       add("verification", "fills the tables of a page from what tests and cases recorded", verification);
   verification_command
@@ -408,7 +428,7 @@ int main(int argc, char** argv) {
   for (CLI::App* command : {tip_command, convergence_command, energy_command, forces_command, iterations_command})
     command->add_flag("--no-plot", arguments.no_plot, "table only");
   for (CLI::App* command : {tip_command, picture_command, l2_command, convergence_command, energy_command,
-                            forces_command, iterations_command}) {
+                            forces_command, iterations_command, map_command}) {
     command->add_option("-o,--output", arguments.directory, "directory for the files (default: beside the run)");
     command->add_flag("--quiet", arguments.quiet, "print the table, warnings and errors only");
   }
