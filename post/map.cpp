@@ -106,9 +106,10 @@ std::vector<std::string> write_map(const std::string& base, const Map& map, cons
                             static_cast<double>(cell.j) + 0.5);
     if (rows.empty()) continue;
     data += std::string("# ") + outcome.name + "\n" + rows + "\n\n";
-    drawing += (block ? ", \\\n     " : "plot ") + data_name + " index " + std::to_string(block++) +
+    drawing += (block > 0 ? ", \\\n     " : "plot ") + data_name + " index " + std::to_string(block) +
                " using 1:2:3:4:5:6 with boxxyerror fillstyle solid border linecolor rgb 'white' fillcolor rgb " +
                gnuplot_quoted(outcome.color) + " title " + gnuplot_quoted(outcome.about);
+    ++block;
   }
   data += "# x y text\n";
   for (const Map::Cell& cell : map.cells) data += log::format("%zu %zu \"", cell.i, cell.j) + cell.text + "\"\n";

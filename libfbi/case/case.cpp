@@ -11,6 +11,7 @@
 #include "case/recorder.hpp"
 #include "case/run_files.hpp"
 #include "case/scene.hpp"
+#include "case/stability.hpp"
 
 namespace fbi::cases {
 namespace {
@@ -106,10 +107,13 @@ ExitCode run_case(const RunOptions& options) {
   std::vector<std::string> names;
   for (const io::HistoryColumn& column : columns) names.push_back(column.name);
   Expectations expectations(parameters.expect, names);
+  const Scene scene = inspect(setup);
   if (!options.quiet) {
-    print_scene(inspect(setup), setup);
+    print_scene(scene, setup);
     print_skipped(parameters, *setup.system, setup.fluid_mesh != nullptr && setup.fluid_mesh->box.has_value());
   }
+  for (const std::string& text : stability_warnings(stability_numbers(setup, scene), parameters))
+    log::warning("%s", text.c_str());
   if (options.dry_run) return ExitCode::ok;
 
   check_result_paths(comm, options.case_path, paths);

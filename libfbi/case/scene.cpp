@@ -14,16 +14,19 @@ namespace {
 constexpr int time_samples = 20;           // of prescribed velocities, to find the largest
 constexpr double memory_per_rank = 6.0e7;  // programs, libraries and MPI buffers [bytes]
 
-/// Largest prescribed speed on the boundary and in the initial field, over the nodes of this rank.
-double largest_speed(const CaseParameters& parameters, const mesh::HexMesh& mesh) {
-  double largest = 0.0;
-  const auto look = [&](const std::array<const input::Expression*, 3>& v, const double* x, double t) {
-    double square = 0.0;
-    for (const input::Expression* component : v) {
-      const double value = component != nullptr ? (*component)(x[0], x[1], x[2], t) : 0.0;
-      square += value * value;
-    }
-    largest = std::max(largest, std::sqrt(square));
+/// What is known of the velocity beforehand, over the nodes of this rank.
+struct Speeds {
+  double largest = 0.0;   ///< prescribed on the boundary over the run, or given initially
+  double at_start = 0.0;  ///< prescribed on the boundary at t = 0
+  double change = 0.0;    ///< of a prescribed velocity in one step, largest at some sampled times
+};
+
+Speeds prescribed_speeds(const CaseParameters& parameters, const mesh::HexMesh& mesh, double dt) {
+  Speeds speeds;
+  const auto value = [](const std::array<const input::Expression*, 3>& v, const double* x, double t) {
+    Vec3 velocity;
+    for (int i = 0; i < 3; ++i) velocity[i] = v[i] != nullptr ? (*v[i])(x[0], x[1], x[2], t) : 0.0;
+    return velocity;
   };
   for (const auto& [name, condition] : parameters.boundaries()) {
     if (condition.type != fluid::BoundaryType::inflow && condition.type != fluid::BoundaryType::mixed) continue;
@@ -39,14 +42,22 @@ double largest_speed(const CaseParameters& parameters, const mesh::HexMesh& mesh
     for (const mesh::HexMesh::LocalFace& face : faces->second)
       for (const int a : fem::hex8_faces[face.face]) {
         const double* x = mesh.node(mesh.cells[8 * static_cast<std::size_t>(face.cell) + a]);
-        for (int k = 0; k <= (time_dependent ? time_samples : 0); ++k)
-          look(v, x, parameters.time.end * k / time_samples);
+        for (int k = 0; k <= (time_dependent ? time_samples : 0); ++k) {
+          const double t = parameters.time.end * k / time_samples;
+          const Vec3 velocity = value(v, x, t);
+          speeds.largest = std::max(speeds.largest, velocity.norm());
+          if (k == 0) speeds.at_start = std::max(speeds.at_start, velocity.norm());
+          if (time_dependent && k < time_samples)
+            speeds.change = std::max(speeds.change, (value(v, x, t + dt) - velocity).norm());
+        }
       }
   }
   const input::VectorExpression& initial = parameters.fluid->initial_velocity;
   if (!initial[0].is_zero() || !initial[1].is_zero() || !initial[2].is_zero())
-    for (Index a = 0; a < mesh.owned_nodes; ++a) look({&initial[0], &initial[1], &initial[2]}, mesh.node(a), 0.0);
-  return largest;
+    for (Index a = 0; a < mesh.owned_nodes; ++a)
+      speeds.largest =
+          std::max(speeds.largest, value({&initial[0], &initial[1], &initial[2]}, mesh.node(a), 0.0).norm());
+  return speeds;
 }
 
 /// Smallest side of the axis-aligned box around the mesh.
@@ -102,7 +113,10 @@ Scene inspect(const Setup& setup) {
   scene.fluid_dofs = 4 * fluid->independent_nodes;
   scene.multiplier_dofs = beams != nullptr ? 3 * fibers.global_nodes : 0;
   scene.smallest_cell = setup.fluid->smallest_cell();
-  scene.speed = comm.max(largest_speed(parameters, *fluid));
+  const Speeds speeds = prescribed_speeds(parameters, *fluid, setup.dt);
+  scene.speed = comm.max(speeds.largest);
+  scene.start_speed = comm.max(speeds.at_start);
+  scene.speed_change = comm.max(speeds.change);
   scene.height = smallest_extent(*fluid);
   // Per node: about 60 vectors of four unknowns (Krylov basis included), the pressure matrix and its multigrid levels,
   // the mesh.

@@ -13,6 +13,8 @@ struct Scene {
   double smallest_cell = 0.0;        ///< [length]
   double largest_radius = 0.0;       ///< of the fibers [length]
   double speed = 0.0;                ///< largest prescribed or initial fluid speed over the run [length/time]
+  double start_speed = 0.0;          ///< largest prescribed speed on the boundary at t = 0 [length/time]
+  double speed_change = 0.0;         ///< largest change of a prescribed velocity in one step [length/time]
   double height = 0.0;               ///< smallest extent of the channel [length]
   double fiber_length = 0.0;         ///< of the longest fiber [length]
   double stiffness = 0.0;            ///< smallest EI of a moving fiber [force length^2]
