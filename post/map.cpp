@@ -114,25 +114,28 @@ std::vector<std::string> write_map(const std::string& base, const Map& map, cons
   data += "# x y text\n";
   for (const Map::Cell& cell : map.cells) data += log::format("%zu %zu \"", cell.i, cell.j) + cell.text + "\"\n";
   if (!shown.empty())
-    drawing += ", \\\n     " + data_name + " index " + std::to_string(block) +
-               " using 1:2:3 with labels font ',13' textcolor rgb '#202020' noenhanced notitle";
+    drawing += ", \\\n     " + data_name + " index " + std::to_string(block) + " using 1:2:3 with labels offset 0," +
+               log::format("%g", 0.47 * static_cast<double>(shown.size() - 1)) +
+               " font ',12' textcolor rgb '#202020' noenhanced notitle";
   const std::size_t widest = std::max_element(map.y.begin(), map.y.end(), [](const auto& a, const auto& b) {
                                return a.size() < b.size();
                              })->size();
-  const double width = 130.0 + 9.5 * static_cast<double>(widest) + 110.0 * static_cast<double>(map.x.size()),
-               height = 190.0 + 66.0 * static_cast<double>(map.y.size());
+  const double width = 400.0 + 9.5 * static_cast<double>(widest) + 84.0 * static_cast<double>(map.x.size()),
+               height = 170.0 + 70.0 * static_cast<double>(map.y.size());
+  std::string about = gnuplot_quoted(map.x_label);
+  if (!shown.empty()) about += ".\"\\n\"." + gnuplot_quoted("in the cells: " + joined(shown, ", "));
   std::string script = "# Run it with: gnuplot " + name + ".gp\nset encoding utf8\nset title " +
-                       gnuplot_quoted(map.title + (shown.empty() ? "" : " (in the cells: " + joined(shown, ", ") + ")")) + " noenhanced\nset xlabel " +
-                       gnuplot_quoted(map.x_label) + " noenhanced\nset ylabel " + gnuplot_quoted(map.y_label) + " noenhanced\nset xtics (" +
-                       tics(map.x) + ") scale 0 noenhanced\nset ytics (" + tics(map.y) + ") scale 0 noenhanced\n" +
+                       gnuplot_quoted(map.title) + " noenhanced\nset xlabel " + about + " noenhanced\nset ylabel " +
+                       gnuplot_quoted(map.y_label) + " noenhanced\nset xtics (" + tics(map.x) +
+                       ") scale 0 noenhanced\nset ytics (" + tics(map.y) + ") scale 0 noenhanced\n" +
                        log::format("set xrange [-0.5:%g]\nset yrange [-0.5:%g]\n",
                                    static_cast<double>(map.x.size()) - 0.5, static_cast<double>(map.y.size()) - 0.5) +
-                       "set key outside below horizontal maxcols 3\nunset border\n";
-  script += log::format("set terminal pngcairo size %.0f,%.0f font 'sans,15'\nset output ", width, height) +
-            gnuplot_quoted(name + ".png") + "\n" + drawing +
-            log::format("\nset terminal svg size %.0f,%.0f font 'sans,15' background 'white'\nset output ", width,
-                        height) +
-            gnuplot_quoted(name + ".svg") + "\nreplot\nset output\n";
+                       "set key outside right top vertical Left reverse width -2 samplen 2 spacing 1.3\nunset border\n";
+  script +=
+      log::format("set terminal pngcairo size %.0f,%.0f font 'sans,15'\nset output ", width, height) +
+      gnuplot_quoted(name + ".png") + "\n" + drawing +
+      log::format("\nset terminal svg size %.0f,%.0f font 'sans,15' background 'white'\nset output ", width, height) +
+      gnuplot_quoted(name + ".svg") + "\nreplot\nset output\n";
   io::write_text_file(base + ".dat", data);
   io::write_text_file(base + ".gp", script);
   run_gnuplot(base + ".gp");

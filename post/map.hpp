@@ -26,13 +26,13 @@ struct Outcome {
 };
 const std::vector<Outcome>& map_outcomes();
 
-/// Reads a table with lines "# title:", "# x:", "# y:", one line of column names and rows, fields separated by tabs; the
-/// columns x, y and outcome are needed, `shown` ("newton mean", "growth" ...) are the lines of text within the cells.
-/// Throws Error(file) for a file that is no such table, Error(usage) for columns that it does not have.
+/// Reads a table with lines "# title:", "# x:", "# y:", one line of column names and rows, fields separated by tabs;
+/// the columns x, y and outcome are needed, `shown` ("newton mean", "growth" ...) are the lines of text within the
+/// cells. Throws Error(file) for a file that is no such table, Error(usage) for columns that it does not have.
 Map read_map(const std::string& path, const std::vector<std::string>& shown);
 
 /// Writes BASE.dat and BASE.gp; gnuplot makes BASE.png and BASE.svg. `shown` explains the text of the cells below the
-/// picture. Returns the files' paths. Throws Error(file), also when gnuplot is missing or fails.
+/// axis. Returns the files' paths. Throws Error(file), also when gnuplot is missing or fails.
 std::vector<std::string> write_map(const std::string& base, const Map& map, const std::vector<std::string>& shown);
 
 }  // namespace fbi::post

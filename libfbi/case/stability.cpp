@@ -11,12 +11,15 @@ namespace fbi::cases {
 namespace {
 
 // Limits, from the maps of docs/stability.md.
-constexpr double stiff = 0.1, flexible = 100.0;  // Cauchy numbers
-constexpr double motion_of_others = 0.1, motion_of_flexible = 0.02;
-constexpr double damping = 0.5;  // rho_inf
+constexpr double stiff = 0.1, flexible = 100.0;                        // Cauchy numbers
+constexpr double motion_of_others = 0.2, motion_in_fast_change = 0.1;  // U dt/L
+constexpr double motion_of_flexible = 0.004;                           // U dt/L for each element of the fiber
+constexpr double reversal = 0.3;                                       // change of the velocity in a step
+constexpr double damping = 0.5;                                        // rho_inf
 constexpr double slow_alternation = -0.95;
-constexpr double most_iteration = 10.0;
-constexpr double fast_change = 0.2;
+constexpr double most_constant = 2.0;  // of relaxation times iteration factor: beyond it errors grow
+constexpr double most_aitken = 30.0, most_iqn_ils = 3000.0;
+constexpr double fast_change = 0.06;
 constexpr double small_cfl = 0.01;
 /// Mass of the fluid that a thin fiber drags along on a mesh, over rho h^2: from 0.38 on lines of nodes to 3.1 amid
 /// cells.
@@ -39,6 +42,13 @@ double lightest_fiber(const CaseParameters& parameters) {
     if (moves(group) && (lightest == 0.0 || mass < lightest)) lightest = mass;
   }
   return lightest;
+}
+
+Index fewest_elements(const CaseParameters& parameters) {
+  Index fewest = 0;
+  for (const FiberGroup& group : parameters.fibers)
+    if (moves(group) && (fewest == 0 || group.elements < fewest)) fewest = group.elements;
+  return fewest;
 }
 
 }  // namespace
@@ -66,6 +76,7 @@ StabilityNumbers stability_numbers(const Setup& setup, const Scene& scene) {
   if (!setup.system->is_coupled() || !(mass > 0.0) || !(scene.fiber_length > 0.0)) return numbers;
   if (scene.stiffness > 0.0) {
     numbers.motion = scene.speed * dt / scene.fiber_length;
+    numbers.elements = fewest_elements(parameters);
     numbers.cauchy = 0.5 * parameters.fluid->density * scene.speed * scene.speed * 2.0 * scene.largest_radius *
                      std::pow(scene.fiber_length, 3) / scene.stiffness;
   }
@@ -74,10 +85,11 @@ StabilityNumbers stability_numbers(const Setup& setup, const Scene& scene) {
   const double weight =
       parameters.scheme.coupling_weight == fsi::CouplingWeight::theta ? theta : 1.0 - setup.beams->alpha_f();
   const double added = mesh_added_mass * parameters.fluid->density * scene.smallest_cell * scene.smallest_cell;
-  const double penalty = parameters.coupling.automatic ? std::numeric_limits<double>::infinity()
-                                                       : parameters.coupling.penalty;
+  const double penalty =
+      parameters.coupling.automatic ? std::numeric_limits<double>::infinity() : parameters.coupling.penalty;
   numbers.alternation = alternation_factor(penalty, added, mass, dt, weight, theta);
-  if (parameters.scheme.scheme != fsi::Scheme::monolithic)
+  if (parameters.scheme.scheme != fsi::Scheme::monolithic && !parameters.scheme.implicit_penalty &&
+      parameters.scheme.direction == fsi::Direction::two_way)
     numbers.iteration = iteration_factor(penalty, added, mass, dt, weight, theta);
   return numbers;
 }
@@ -85,37 +97,51 @@ StabilityNumbers stability_numbers(const Setup& setup, const Scene& scene) {
 std::vector<std::string> stability_warnings(const StabilityNumbers& numbers, const CaseParameters& parameters) {
   std::vector<std::string> warnings;
   const beam::BeamTimeParameters& beam = parameters.beam_time;
-  const double motion_limit = numbers.cauchy > flexible ? motion_of_flexible : motion_of_others;
   const bool damped = beam.scheme == beam::TimeScheme::generalized_alpha && beam.rho_inf <= damping;
-  if (numbers.cauchy > stiff && numbers.motion > motion_limit && !damped)
+  const double usual = numbers.change > reversal ? motion_in_fast_change : motion_of_others;
+  const double slim = std::min(usual, motion_of_flexible * static_cast<double>(numbers.elements));
+  if (numbers.cauchy > flexible && numbers.motion > slim)
     warnings.push_back(log::format(
-        "the fluid moves by up to %.2g fiber lengths in a step; fibers that yield to it as these do (Cauchy number %.3g) "
-        "were unstable above %g; take smaller steps, or set \"rho_inf\" of time.beam to %g (docs/stability.md)",
-        numbers.motion, numbers.cauchy, motion_limit, damping));
+        "the fluid moves by up to %.2g fiber lengths in a step; fibers as flexible as these (Cauchy number %.3g) were "
+        "unstable above %.2g with %lld elements; take smaller steps or more elements (docs/stability.md)",
+        numbers.motion, numbers.cauchy, slim, static_cast<long long>(numbers.elements)));
+  else if (numbers.cauchy > stiff && numbers.cauchy <= flexible && numbers.motion > usual && !damped)
+    warnings.push_back(
+        log::format("the fluid moves by up to %.2g fiber lengths in a step; with little damping fibers were unstable "
+                    "above %.2g; take "
+                    "smaller steps, or set \"rho_inf\" of time.beam to %g (docs/stability.md)",
+                    numbers.motion, usual, damping));
   if (numbers.alternation < slow_alternation)
     warnings.push_back(log::format(
         "coupling forces that alternate from step to step lose only %.2g %% a step (fibers lighter than the fluid they "
         "move, \"theta\" %g, weight of the new force below one); use \"theta\": 1 with \"coupling_weight\": \"theta\" "
         "(docs/stability.md)",
         100.0 * (1.0 + numbers.alternation), parameters.fluid_time.theta));
+  const fsi::SchemeParameters& scheme = parameters.scheme;
+  const double most_iteration = scheme.scheme == fsi::Scheme::constant  ? most_constant / scheme.relaxation
+                                : scheme.scheme == fsi::Scheme::aitken  ? most_aitken
+                                : scheme.scheme == fsi::Scheme::iqn_ils ? most_iqn_ils
+                                                                        : std::numeric_limits<double>::infinity();
   if (numbers.iteration > most_iteration)
     warnings.push_back(log::format(
-        "fluid and fibers are solved in turns, and the fluid weighs about %.3g times as much as the fibers in a step; "
-        "such iterations did not converge above %g; use \"scheme\": \"monolithic\" or \"implicit_penalty\": true "
-        "(docs/stability.md)",
+        "fluid and fibers are solved in turns, and without relaxation an error of the force grows %.3g times in each "
+        "turn (light fibers, large penalty); the scheme did not converge above about %.3g; use \"monolithic\" or "
+        "\"newton_krylov\" for coupling.scheme (docs/stability.md)",
         numbers.iteration, most_iteration));
-  if (parameters.solver.nonlinear == fluid::Linearization::extrapolated && numbers.change > fast_change)
+  if (parameters.solver.nonlinear == fluid::Linearization::extrapolated && numbers.motion > 0.0 && !damped &&
+      numbers.change > fast_change)
     warnings.push_back(log::format(
         "the prescribed velocity changes by up to %.0f %% of its largest value in a step; with \"nonlinear\": "
-        "\"linearized\" the extrapolated convection was unstable above %.0f %%; take smaller steps or use \"newton\" "
-        "(docs/stability.md)",
-        100.0 * numbers.change, 100.0 * fast_change));
+        "\"linearized\" fibers were unstable above %.0f %%; take smaller steps, set \"rho_inf\" of time.beam to %g or "
+        "use \"newton\" (docs/stability.md)",
+        100.0 * numbers.change, 100.0 * fast_change, damping));
   if (numbers.sudden && numbers.cfl > 0.0 && numbers.cfl < small_cfl && parameters.fluid->tau_time &&
       parameters.fluid->pressure_stabilization == fluid::PressureStabilization::pspg)
-    warnings.push_back(log::format(
-        "the flow starts suddenly and the time step is small (CFL %.2g, below %g): with PSPG the pressure is rough; use "
-        "\"tau_time\": false, or let the inflow begin from rest (docs/stability.md)",
-        numbers.cfl, small_cfl));
+    warnings.push_back(
+        log::format("the flow starts suddenly and the time step is small (CFL %.2g, below %g): with PSPG the pressure "
+                    "is rough; take "
+                    "larger steps or let the inflow begin from rest (docs/stability.md)",
+                    numbers.cfl, small_cfl));
   return warnings;
 }
 
