@@ -120,17 +120,21 @@ std::vector<std::string> write_map(const std::string& base, const Map& map, cons
   const std::size_t widest = std::max_element(map.y.begin(), map.y.end(), [](const auto& a, const auto& b) {
                                return a.size() < b.size();
                              })->size();
-  const double width = 400.0 + 9.5 * static_cast<double>(widest) + 84.0 * static_cast<double>(map.x.size()),
+  // Pixels: names of the rows and the label of their axis, the cells, the key.
+  const double left = 60.0 + 11.5 * static_cast<double>(widest), right = 390.0;
+  const double width = left + 94.0 * static_cast<double>(map.x.size()) + right,
                height = 170.0 + 70.0 * static_cast<double>(map.y.size());
   std::string about = gnuplot_quoted(map.x_label);
   if (!shown.empty()) about += ".\"\\n\"." + gnuplot_quoted("in the cells: " + joined(shown, ", "));
-  std::string script = "# Run it with: gnuplot " + name + ".gp\nset encoding utf8\nset title " +
-                       gnuplot_quoted(map.title) + " noenhanced\nset xlabel " + about + " noenhanced\nset ylabel " +
-                       gnuplot_quoted(map.y_label) + " noenhanced\nset xtics (" + tics(map.x) +
-                       ") scale 0 noenhanced\nset ytics (" + tics(map.y) + ") scale 0 noenhanced\n" +
-                       log::format("set xrange [-0.5:%g]\nset yrange [-0.5:%g]\n",
-                                   static_cast<double>(map.x.size()) - 0.5, static_cast<double>(map.y.size()) - 0.5) +
-                       "set key outside right top vertical Left reverse width -2 samplen 2 spacing 1.3\nunset border\n";
+  std::string script =
+      "# Run it with: gnuplot " + name + ".gp\nset encoding utf8\nset title " + gnuplot_quoted(map.title) +
+      " noenhanced\nset xlabel " + about + " noenhanced\nset ylabel " + gnuplot_quoted(map.y_label) +
+      " noenhanced\nset xtics (" + tics(map.x) + ") scale 0 noenhanced\nset ytics (" + tics(map.y) +
+      ") scale 0 noenhanced\n" +
+      log::format("set lmargin at screen %.4f\nset rmargin at screen %.4f\n", left / width, 1.0 - right / width) +
+      log::format("set xrange [-0.5:%g]\nset yrange [-0.5:%g]\n", static_cast<double>(map.x.size()) - 0.5,
+                  static_cast<double>(map.y.size()) - 0.5) +
+      "set key outside right top vertical Left reverse width -2 samplen 2 spacing 1.3\nunset border\n";
   script +=
       log::format("set terminal pngcairo size %.0f,%.0f font 'sans,15'\nset output ", width, height) +
       gnuplot_quoted(name + ".png") + "\n" + drawing +

@@ -137,6 +137,10 @@ TEST_F(Limits, Linearized) {
   EXPECT_TRUE(warns(numbers, parameters, "linearized"));
   parameters.beam_time.rho_inf = 0.5;
   EXPECT_TRUE(stability_warnings(numbers, parameters).empty());
+  numbers.change = 0.15;
+  EXPECT_TRUE(warns(numbers, parameters, "linearized"));
+  parameters.beam_time.rho_inf = 0.0;
+  EXPECT_TRUE(stability_warnings(numbers, parameters).empty());
   parameters.beam_time.rho_inf = 1.0;
   parameters.solver.nonlinear = fluid::Linearization::newton;
   EXPECT_TRUE(stability_warnings(numbers, parameters).empty());
