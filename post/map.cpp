@@ -46,7 +46,7 @@ std::string joined(const std::vector<std::string>& words, const char* separator)
 
 const std::vector<Outcome>& map_outcomes() {
   static const std::vector<Outcome> outcomes = {{"stable", "stable", "#b7dfc4"},
-                                                {"rough", "stable, pressure rough in space", "#c9d7f0"},
+                                                {"rough", "stable, pressure rough", "#c9d7f0"},
                                                 {"alternating", "alternating from step to step", "#fbe29a"},
                                                 {"growing", "growing", "#f39b5f"},
                                                 {"failed", "ended early", "#c8506b"}};
@@ -121,7 +121,7 @@ std::vector<std::string> write_map(const std::string& base, const Map& map, cons
                                return a.size() < b.size();
                              })->size();
   // Pixels: names of the rows and the label of their axis, the cells, the key.
-  const double left = 60.0 + 11.5 * static_cast<double>(widest), right = 390.0;
+  const double left = 85.0 + 11.5 * static_cast<double>(widest), right = 390.0;
   const double width = left + 94.0 * static_cast<double>(map.x.size()) + right,
                height = 170.0 + 70.0 * static_cast<double>(map.y.size());
   std::string about = gnuplot_quoted(map.x_label);
@@ -129,12 +129,14 @@ std::vector<std::string> write_map(const std::string& base, const Map& map, cons
   std::string script =
       "# Run it with: gnuplot " + name + ".gp\nset encoding utf8\nset title " + gnuplot_quoted(map.title) +
       " noenhanced\nset xlabel " + about + " noenhanced\nset ylabel " + gnuplot_quoted(map.y_label) +
-      " noenhanced\nset xtics (" + tics(map.x) + ") scale 0 noenhanced\nset ytics (" + tics(map.y) +
-      ") scale 0 noenhanced\n" +
+      log::format(" offset %.1f,0", 0.1 * static_cast<double>(widest)) + " noenhanced\nset xtics (" + tics(map.x) +
+      ") scale 0 noenhanced\nset ytics (" + tics(map.y) + ") scale 0 noenhanced\n" +
       log::format("set lmargin at screen %.4f\nset rmargin at screen %.4f\n", left / width, 1.0 - right / width) +
       log::format("set xrange [-0.5:%g]\nset yrange [-0.5:%g]\n", static_cast<double>(map.x.size()) - 0.5,
                   static_cast<double>(map.y.size()) - 0.5) +
-      "set key outside right top vertical Left reverse width -2 samplen 2 spacing 1.3\nunset border\n";
+      log::format("set key at screen %.4f, graph 1 left top vertical Left reverse samplen 2 spacing 1.3\n",
+                  1.0 - (right - 20.0) / width) +
+      "unset border\n";
   script +=
       log::format("set terminal pngcairo size %.0f,%.0f font 'sans,15'\nset output ", width, height) +
       gnuplot_quoted(name + ".png") + "\n" + drawing +

@@ -45,7 +45,7 @@ TEST(Map, AxesCellsAndTexts) {
   const std::string script = io::read_text_file(scratch / "a.gp"), data = io::read_text_file(scratch / "a.dat");
   expect_contains(script, "'light, it''s 0.1' 1");
   expect_contains(script, "'ended early'");
-  EXPECT_EQ(script.find("rough in space"), std::string::npos);  // no such cell, no entry in the key
+  EXPECT_EQ(script.find("pressure rough"), std::string::npos);  // no such cell, no entry in the key
   expect_contains(data, "# failed\n1 0 0.5 1.5 -0.5 0.5\n");
   expect_contains(data, "1 1 \"4\\n1.2\"\n");
   EXPECT_GT(std::filesystem::file_size(scratch / "a.png"), 1000u);
