@@ -37,10 +37,12 @@ class SteadyProblem {
       system_.solver().interpolate(system_.fluid().iterate(), lambda_);
       system_.interface().solve(lambda_.data());
     }
+    choose_reference(report.history.empty());
     system_.fluid_residual(lambda_, residual_);
     const double norm = system_.fluid_norm(residual_);
-    if (report.history.empty()) reference_ = norm;
-    report.residual = reference_ > 0.0 ? norm / reference_ : 0.0;
+    if (report.history.empty() && !system_.is_coupled()) reference_ = norm;
+    const double reference = reference_ > 0.0 ? reference_ : norm;
+    report.residual = reference > 0.0 ? norm / reference : 0.0;
     report.history.push_back({report.residual, 0.0, 0.0});
     if (norm <= parameters_.newton_absolute_tolerance * system_.fluid_scale()) report.residual = 0.0;
     report.converged =
@@ -69,6 +71,20 @@ class SteadyProblem {
   }
 
  private:
+  /// What residuals are measured by: the first one without the fibers' forces, or these forces once a first solution
+  /// has made them what they are. With the fibers in an initial flow they are penalty times slip, which says nothing.
+  void choose_reference(bool first) {
+    if (!system_.is_coupled()) return;
+    if (first) {
+      system_.fluid_residual(std::vector<double>(lambda_.size(), 0.0), residual_);
+      reference_ = system_.fluid_norm(residual_);
+    } else {
+      FBI_PETSC(VecSet(residual_, 0.0));
+      system_.solver().add_spread(lambda_, residual_);
+      reference_ = std::max(reference_, system_.fluid_norm(residual_));
+    }
+  }
+
   System& system_;
   const SolverParameters& parameters_;
   linalg::VecHandle residual_, increment_;
