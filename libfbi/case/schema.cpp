@@ -113,6 +113,8 @@ void check_time(Visitor& v, CaseParameters& p) {
             "\"one_step_theta\"");
     return;
   }
+  if (steady && p.scheme.direction != fsi::Direction::two_way)
+    v.error("coupling.direction", "steady flow goes with two_way only; remove it");
   if (unsteady && static_fibers) {
     v.error("time.beam.scheme", "static goes with fibers alone, without fluid; use \"generalized_alpha\"");
     return;

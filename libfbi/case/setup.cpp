@@ -92,8 +92,6 @@ Setup make_setup(const CaseParameters& parameters, std::unique_ptr<mesh::HexMesh
         ExitCode::usage,
         "steady flow with fibers that move is not possible; set \"formulation\": \"fixed\" for every fiber, or use "
         "\"one_step_theta\" for time.fluid.scheme");
-  if (setup.dt == 0.0 && setup.system->is_coupled() && parameters.scheme.direction != fsi::Direction::two_way)
-    throw Error(ExitCode::usage, "coupling.direction does not go with steady flow; remove it");
   if (setup.system->is_coupled() && parameters.scheme.scheme != fsi::Scheme::monolithic)
     setup.acceleration = fsi::make_acceleration(setup.fiber_mesh->comm, parameters.scheme);
   return setup;

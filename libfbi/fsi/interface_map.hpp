@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "fsi/fiber_solve.hpp"
+#include "fsi/monolithic.hpp"
 #include "fsi/system.hpp"
 
 namespace fbi::fsi {
@@ -31,7 +32,8 @@ class InterfaceMap {
   double fluid_reference() const { return fluid_reference_; }
 
  private:
-  bool solve_fields(const std::vector<double>& x, std::vector<double>& h, double& reference, double force_share);
+  bool solve_fields(const std::vector<double>& x, std::vector<double>& h, double& reference,
+                    const FluidTolerance& tolerance);
   bool linearized(const std::vector<double>& x, std::vector<double>& h);
   bool nonlinear(const std::vector<double>& x, std::vector<double>& h);
 
@@ -40,6 +42,7 @@ class InterfaceMap {
   double time_, dt_;
   bool implicit_, geometry_changed_ = true;
   double fluid_reference_ = 0.0;
+  double share_ = 1.0;  // change of force over change of pull in the last linear difference
   std::vector<double> lambda_;
   std::vector<double> x_, h_;              // of the last evaluate()
   std::unique_ptr<FiberTangent> tangent_;  // at the fields of the last evaluate(), null: not made yet

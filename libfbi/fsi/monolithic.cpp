@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/timer.hpp"
 #include "fsi/condensation.hpp"
@@ -153,10 +154,11 @@ StepReport solve_monolithic(System& system) {
 }
 
 bool solve_fluid(System& system, const std::vector<double>* g, std::vector<double>& lambda, StepReport& report,
-                 bool& geometry_changed, double& reference, double force_share) {
+                 bool& geometry_changed, double& reference, const FluidTolerance& tolerance) {
   fluid::FluidField& fluid = system.fluid();
   const SolverParameters& parameters = system.solver_parameters();
   linalg::VecHandle residual = fluid.create_vector(), increment = fluid.create_vector();
+  double before = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration <= parameters.newton_iterations; ++iteration) {
     if (g != nullptr) multipliers(system, *g, lambda);
     system.fluid_residual(lambda, residual);
@@ -164,19 +166,22 @@ bool solve_fluid(System& system, const std::vector<double>* g, std::vector<doubl
     if (!std::isfinite(value)) return false;
     reference = std::max(reference, value);
     if (value <= parameters.newton_absolute_tolerance * system.fluid_scale()) return true;
-    double limit = parameters.newton_tolerance * reference;
-    if (force_share > 0.0)
-      limit = std::min(limit, force_share * interface_norm(system.comm(), force_of(system, lambda)));
+    double limit = tolerance.relative * reference;
+    if (tolerance.force_share > 0.0)
+      limit = std::min(limit, tolerance.force_share * interface_norm(system.comm(), force_of(system, lambda)));
     if (value <= limit) return true;
+    // Round-off may keep it from the share of a small force.
+    if (value <= tolerance.relative * reference && value > 0.5 * before) return true;
+    before = value;
     fluid.linearize();
     if (!system.solver().prepare(geometry_changed, geometry_changed)) return false;
     geometry_changed = false;
     FBI_PETSC(VecScale(residual, -1.0));
-    const double tolerance = tolerance_of(system, value, limit / parameters.newton_tolerance);
-    const linalg::KrylovResult result = system.solver().solve(residual, increment, tolerance);
+    const double linear = tolerance_of(system, value, limit / parameters.newton_tolerance);
+    const linalg::KrylovResult result = system.solver().solve(residual, increment, linear);
     report.krylov += result.iterations;
     ++report.newton;
-    if (!result.converged && !(result.relative_residual < 0.5)) return false;
+    if (!result.converged && !(result.relative_residual < 0.5)) return value <= tolerance.relative * reference;
     fluid.increment(increment);
   }
   return false;

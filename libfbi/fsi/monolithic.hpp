@@ -15,13 +15,18 @@ namespace fbi::fsi {
 /// nonlinear and kept in the history. A failure is a report, not an exception. Collective.
 StepReport solve_monolithic(System& system);
 
+/// When a fluid solve ends: at `relative` of the reference, and at `force_share` of |D^T lambda| if that is less (0:
+/// not asked for).
+struct FluidTolerance {
+  double relative = 0.0;
+  double force_share = 0.0;
+};
+
 /// Fluid alone for given S and g (null: no multipliers): Newton on the fluid from its iterate, used by the partitioned
-/// schemes. `lambda` returns S^-1 (M v - g). Stops at newton_tolerance times `reference`, which is raised to the first
-/// residual when that is larger (start a step with 0), and at `force_share` of |D^T lambda| if that is less (0: not
-/// asked for). `geometry_changed`: what the solver knows of M is old; becomes
-/// false when it is renewed. Adds to the counts of `report`. Returns false when it did not
-/// converge. Collective.
+/// schemes. `lambda` returns S^-1 (M v - g). `reference` is raised to the first residual when that is larger (start a
+/// step with 0). `geometry_changed`: what the solver knows of M is old; becomes false when it is renewed. Adds to the
+/// counts of `report`. Returns false when it did not converge. Collective.
 bool solve_fluid(System& system, const std::vector<double>* g, std::vector<double>& lambda, StepReport& report,
-                 bool& geometry_changed, double& reference, double force_share = 0.0);
+                 bool& geometry_changed, double& reference, const FluidTolerance& tolerance);
 
 }  // namespace fbi::fsi

@@ -57,7 +57,7 @@ struct SchemeParameters {
   double gamma = 1e-4;             ///< newton_krylov: parameter of the difference step
   double krylov_tolerance = 1e-2;  ///< newton_krylov: |J dx + r| <= this |r|
   Index krylov_iterations = 50;    ///< newton_krylov: largest dimension of the Krylov space
-  Index reuse = 8;                 ///< iqn_ils: earlier steps whose columns are kept
+  Index reuse = 10;                ///< iqn_ils: earlier steps whose columns are kept
   double filter = 1e-2;            ///< iqn_ils: columns with a smaller independent part are dropped, relative
 };
 

@@ -65,7 +65,7 @@ inline void tighten(Json& json, double newton = 1e-11, double krylov = 1e-8) {
   json["solver"]["krylov_tolerance"] = krylov;
   json["solver"]["krylov_iterations"] = 400;
   json["time"]["beam"]["tolerance"] = 1e-14;
-  if (json["coupling"].value("scheme", "monolithic") == "aitken") {
+  if (json["coupling"].value("scheme", "monolithic") != "monolithic") {
     json["coupling"]["tolerance"] = 10 * newton;  // the fluid must be more exact than what is asked of its forces
     json["coupling"]["absolute_tolerance"] = 0.0;
   }
@@ -159,6 +159,7 @@ class CoupledCase {
     system().force_old() = other.system().force_old();
     system().force_older() = other.system().force_older();
     system().force_oldest() = other.system().force_oldest();
+    system().last_motion() = other.system().last_motion();
     system().drop_caches();
     step_ = other.step_;
   }

@@ -58,6 +58,7 @@ void expect_identical(CoupledCase& a, CoupledCase& b) {
   EXPECT_EQ(a.system().force_old(), b.system().force_old());
   EXPECT_EQ(a.system().force_older(), b.system().force_older());
   EXPECT_EQ(a.system().force_oldest(), b.system().force_oldest());
+  EXPECT_EQ(a.system().last_motion(), b.system().last_motion());
 }
 
 void check_bitwise(const Json& json) {
@@ -79,6 +80,41 @@ TEST(Restart, triads_are_bitwise) {
   check_bitwise(json);
 }
 TEST(Restart, aitken_is_bitwise) { check_bitwise(fast("aitken")); }
+TEST(Restart, partitioned_schemes_are_bitwise) {
+  Json json = fast("constant");
+  json["coupling"]["relaxation"] = 0.02;
+  json["coupling"]["max_iterations"] = 1000;
+  json["coupling"]["tolerance"] = 1e-3;
+  json["coupling"]["force_predictor"] = "quadratic";
+  check_bitwise(json);
+  check_bitwise(fast("newton_krylov"));
+  json = fast("newton_krylov");
+  json["coupling"]["differences"] = "nonlinear";
+  json["coupling"]["geometry_update"] = "iterated";
+  check_bitwise(json);
+  for (const int reuse : {0, 3}) {
+    json = fast("iqn_ils");
+    json["coupling"]["reuse"] = reuse;
+    json["coupling"]["implicit_penalty"] = reuse > 0;
+    check_bitwise(json);
+  }
+}
+TEST(Restart, extrapolated_geometry_is_bitwise) {
+  for (const char* scheme : {"monolithic", "iqn_ils"}) {
+    Json json = fast(scheme);
+    json["coupling"]["geometry_update"] = "extrapolated";
+    check_bitwise(json);
+  }
+}
+TEST(Restart, one_way_coupling_is_bitwise) {
+  for (const char* direction : {"fluid_only", "fiber_only"}) {
+    Json json = fast("monolithic");
+    json["fibers"][0]["loads"] = {{{"type", "force"}, {"value", {0.05, 0, 0}}}};
+    json["coupling"]["direction"] = direction;
+    json["coupling"]["geometry_update"] = "extrapolated";
+    check_bitwise(json);
+  }
+}
 TEST(Restart, trapezoidal_rule_is_bitwise) {
   Json json = fast("monolithic");
   json["time"]["fluid"]["theta"] = 0.5;
