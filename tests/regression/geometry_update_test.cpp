@@ -1,4 +1,5 @@
 /// Positions of the coupling terms in time: what lagging and extrapolating cost against iterating.
+#include <algorithm>
 #include <cmath>
 
 #include "record.hpp"
@@ -7,7 +8,8 @@
 namespace fbi::test {
 namespace {
 
-double tip_at_end(const char* update, double dt, double end) {
+/// Tip displacement at the multiples of `every`.
+std::vector<double> tips(const char* update, double dt, double every, double end) {
   Json json = small_beam();
   json["time"]["step"] = dt;
   json["time"]["end"] = end;
@@ -15,25 +17,36 @@ double tip_at_end(const char* update, double dt, double end) {
   json["coupling"]["geometry_update"] = update;
   tighten(json, 1e-9, 1e-6);
   CoupledCase run(json);
-  run.run(static_cast<int>(std::lround(end / dt)));
-  return run.tip()[0];
+  std::vector<double> result;
+  for (int k = 0; k < std::lround(end / every); ++k) {
+    run.run(static_cast<int>(std::lround(every / dt)));
+    result.push_back(run.tip()[0]);
+  }
+  return result;
+}
+
+double largest_distance(const std::vector<double>& a, const std::vector<double>& b) {
+  double largest = 0.0;
+  for (std::size_t k = 0; k < a.size(); ++k) largest = std::max(largest, std::abs(a[k] - b[k]));
+  return largest;
 }
 
 // Everything but the positions is the same, so that the distance to the iterated solution is theirs alone.
 TEST(GeometryUpdate, OrdersInTime) {
-  const double end = 0.016;
+  const double step = 5e-4, end = 0.016;
   double lagged[2], extrapolated[2];
   for (int k = 0; k < 2; ++k) {
-    const double dt = 5e-4 / (1 << k), iterated = tip_at_end("iterated", dt, end);
-    lagged[k] = std::abs(tip_at_end("lagged", dt, end) - iterated);
-    extrapolated[k] = std::abs(tip_at_end("extrapolated", dt, end) - iterated);
+    const double dt = step / (1 << k);
+    const std::vector<double> iterated = tips("iterated", dt, step, end);
+    lagged[k] = largest_distance(tips("lagged", dt, step, end), iterated);
+    extrapolated[k] = largest_distance(tips("extrapolated", dt, step, end), iterated);
     report("lagged", lagged[k]);
     report("extrapolated", extrapolated[k]);
   }
   const double first = std::log2(lagged[0] / lagged[1]), second = std::log2(extrapolated[0] / extrapolated[1]);
   record(
       {.section = "Coupling",
-       .check = "distance of the tip to iterated geometry, halved time step: lagged, extrapolated",
+       .check = "largest distance of the tip to iterated geometry, halved time step: lagged, extrapolated",
        .source = "orders 1 and 2",
        .ours_text = log::format("orders %.2f, %.2f; distances %.1e, %.1e", first, second, lagged[1], extrapolated[1]),
        .bar = "0.8, 1.6"});
