@@ -18,12 +18,12 @@ constexpr double reversal = 0.3;                                       // change
 constexpr double damping = 0.5;                                        // rho_inf
 constexpr double slow_alternation = -0.95;
 constexpr double most_constant = 2.0;  // of relaxation times iteration factor: beyond it errors grow
-constexpr double most_aitken = 30.0, most_iqn_ils = 3000.0;
+constexpr double most_aitken = 60.0, most_iqn_ils = 6000.0;
 // Change of the velocity in a step, for rho_inf above 0.5, and for 0.1 to 0.5.
 constexpr double fast_change = 0.06, fast_change_when_damped = 0.12, much_damping = 0.1;
 constexpr double small_cfl = 0.01;
-/// Mass of the fluid that a thin fiber drags along on a mesh, over rho h^2: from 0.38 on lines of nodes to 3.1 amid
-/// cells.
+/// Mass of the fluid that a thin fiber drags along on a mesh, over rho h^2, h the cube root of the smallest cell: from
+/// 0.38 on lines of nodes to 3.1 amid cells.
 constexpr double mesh_added_mass = 1.0;
 
 double section_area(const beam::Section& section) {

@@ -8,7 +8,7 @@ import pathlib
 import sys
 from unittest import mock
 
-from programs import BIN, ProgramTest, environment, main
+from programs import BIN, ProgramTest, environment, main, reed
 
 TOOL = pathlib.Path(__file__).resolve().parents[2] / "tools" / "stability"
 
@@ -75,6 +75,15 @@ class Stability(ProgramTest):
         self.assertEqual(rows[0][names.index("steps")], "20")
         self.assertNotEqual(rows[1][names.index("ended")], "-")
         self.assertGreater((self.folder / "pictures" / "stability-small.png").stat().st_size, 1000)
+
+    def test_warning_before_a_run(self):
+        """A case outside the stable region is told so, quiet or not, on any number of ranks; the same case inside is not."""
+        for density, ranks, warned in ((1e-4, 1, True), (1e-4, 2, True), (1000, 1, False)):
+            self.generate(reed(coupling={"scheme": "aitken"}, fibers=[{**reed()["fibers"][0], "material": {
+                "young": 1e6, "density": density}}]))
+            outcome = self.expect_code(0, self.run_program("fbi-run", "reed.h5", "--dry-run", "--quiet", ranks=ranks))
+            self.assertEqual(outcome.err.count("solved in turns"), int(warned), outcome)
+            self.assertEqual(outcome.err == "", not warned, outcome)
 
 
 if __name__ == "__main__":
