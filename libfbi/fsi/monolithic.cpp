@@ -10,6 +10,9 @@
 namespace fbi::fsi {
 namespace {
 
+// Factors of M are kept while the flow changes, until a linear solve takes more iterations than this.
+constexpr int many_iterations = 40;
+
 /// Tolerance of a linear solve: krylov_tolerance, but no further than the nonlinear tolerance asks for, unless the user
 /// wants linear systems solved more tightly than the nonlinear one.
 double linear_tolerance(const SolverParameters& parameters, double residual, double reference) {
@@ -174,11 +177,18 @@ bool solve_fluid(System& system, const std::vector<double>* g, std::vector<doubl
     if (value <= tolerance.relative * reference && value > 0.5 * before) return true;
     before = value;
     fluid.linearize();
-    if (!system.solver().prepare(geometry_changed, geometry_changed)) return false;
+    const bool fresh = geometry_changed;
+    if (!system.solver().prepare(fresh, fresh)) return false;
     geometry_changed = false;
     FBI_PETSC(VecScale(residual, -1.0));
     const double linear = tolerance_of(system, value, limit / parameters.newton_tolerance);
-    const linalg::KrylovResult result = system.solver().solve(residual, increment, linear);
+    linalg::KrylovResult result = system.solver().solve(residual, increment, linear);
+    if (!fresh && !result.converged) {
+      report.krylov += result.iterations;
+      if (!system.solver().prepare(true, true)) return false;
+      result = system.solver().solve(residual, increment, linear);
+    }
+    if (!fresh && result.iterations > many_iterations) geometry_changed = true;
     report.krylov += result.iterations;
     ++report.newton;
     if (!result.converged && !(result.relative_residual < 0.5)) return value <= tolerance.relative * reference;
