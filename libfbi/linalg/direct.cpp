@@ -30,7 +30,12 @@ void DirectSolver::start(Mat matrix) {
 }
 
 bool DirectSolver::factorize(Mat matrix) {
-  if (factors_ == nullptr) start(matrix);
+  PetscInt rows = 0, own = 0;
+  FBI_PETSC(MatGetSize(matrix, &rows, nullptr));
+  FBI_PETSC(MatGetLocalSize(matrix, &own, nullptr));
+  if (comm_.any(factors_ == nullptr || rows != rows_ || own != own_rows_)) start(matrix);
+  rows_ = rows;
+  own_rows_ = own;
   FBI_PETSC(KSPSetOperators(ksp_, matrix, matrix));
   PC pc = nullptr;
   FBI_PETSC(KSPGetPC(ksp_, &pc));

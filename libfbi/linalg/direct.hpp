@@ -26,6 +26,7 @@ class DirectSolver {
   Comm comm_;
   KspHandle ksp_;
   PC factors_ = nullptr;  // owned by ksp_, perhaps through an inner solver; null before the first matrix
+  PetscInt rows_ = -1, own_rows_ = -1;  // of the matrix that ksp_ was made for
 };
 
 }  // namespace fbi::linalg
