@@ -75,9 +75,14 @@ void check_step(CoupledCase& run, double fiber_length, Identities& worst) {
   const std::vector<double> slip = system.slip();
   const double penalty = system.coupling_parameters().penalty;
   double dissipation = 0.0;
+  std::vector<double> law(3 * rows);
+  system.interface().apply_law(lambda.data(), law.data());
   for (std::size_t k = 0; k < 3 * rows; ++k) {
     const double kappa = coupling.kappa()[k / 3];
-    if (kappa > 0.0) dissipation += penalty * slip[k] * slip[k] / kappa;
+    if (coupling.needs_stabilization())
+      dissipation += lambda[k] * law[k];
+    else if (kappa > 0.0)
+      dissipation += penalty * slip[k] * slip[k] / kappa;
   }
   dissipation = comm.sum(dissipation);
   const double scale = std::max({std::abs(fluid_power), std::abs(fiber_power), dissipation});
@@ -126,6 +131,34 @@ void check_run(const std::string& name, Json json, int steps) {
 const char* const long_steps = R"({ "time": { "step": 1e-3, "end": 0.02 } })";
 
 TEST(Identities, monolithic_lagged) { check_run("lagged", small_beam(long_steps), 15); }
+TEST(Identities, every_basis) {
+  for (const char* basis : {"quadratic", "cubic", "gauss_point"}) {
+    Json json = small_beam(long_steps);
+    json["coupling"]["multiplier"] = basis;
+    check_run(std::string("multiplier ") + basis, json, 6);
+  }
+}
+TEST(Identities, integration_by_element) {
+  Json json = small_beam(long_steps);
+  json["coupling"]["integration"] = "element";
+  check_run("integration element", json, 6);
+}
+TEST(Identities, ring_with_a_number) {
+  Json json = small_beam(long_steps);
+  json["coupling"]["operator"] = "ring";
+  check_run("ring", json, 6);
+}
+TEST(Identities, ring_that_keeps_the_radius) {
+  for (const char* basis : {"linear", "gauss_point"}) {
+    Json json = small_beam(long_steps);
+    json["coupling"]["operator"] = "ring";
+    json["coupling"]["penalty"] = "auto";
+    json["coupling"]["multiplier"] = basis;
+    json["coupling"]["geometry_update"] = "iterated";
+    tighten(json, 1e-11);
+    check_run(std::string("ring, auto, ") + basis, json, 6);
+  }
+}
 TEST(Identities, trapezoidal_rule) {
   Json json = small_beam(long_steps);
   json["time"]["fluid"]["theta"] = 0.5;

@@ -6,9 +6,10 @@
 namespace fbi::test {
 namespace {
 
-std::vector<Vec3> tip_history(double penalty) {
+std::vector<Vec3> tip_history(double penalty, const std::string& multiplier = "linear") {
   Json json = single_beam();
   json["coupling"]["penalty"] = penalty;
+  json["coupling"]["multiplier"] = multiplier;
   CoupledCase run(json);
   std::vector<Vec3> tips;
   for (GlobalIndex step = 0; step < run.setup.steps && !::testing::Test::HasFailure(); ++step) {
@@ -16,6 +17,60 @@ std::vector<Vec3> tip_history(double penalty) {
     tips.push_back(run.tip());
   }
   return tips;
+}
+
+/// Largest difference of two histories over time.
+double largest_difference(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  double difference = 0.0;
+  EXPECT_EQ(a.size(), b.size());
+  for (std::size_t n = 0; n < std::min(a.size(), b.size()); ++n) difference = std::max(difference, (a[n] - b[n]).norm());
+  return difference;
+}
+
+double largest_norm(const std::vector<Vec3>& tips) {
+  double largest = 0.0;
+  for (const Vec3& tip : tips) largest = std::max(largest, tip.norm());
+  return largest;
+}
+
+/// Table 2 of the paper: at penalty 100 quadratic multipliers differ from cubic ones by 0.48 %, linear ones by 0.1 %.
+TEST(PenaltyStudy, orders_of_the_multipliers) {
+  const std::vector<Vec3> cubic = tip_history(100.0, "cubic");
+  const double largest = largest_norm(cubic);
+  for (const char* order : {"quadratic", "linear", "gauss_point"}) {
+    const double difference = largest_difference(tip_history(100.0, order), cubic) / largest;
+    report(std::string("tip difference to cubic multipliers, ") + order, difference);
+    const std::string text = order;
+    record({.section = "Coupling",
+            .check = "single-beam, penalty 100, tip difference to cubic multipliers over its largest value, " + text,
+            .source = "Hagemeyer, Mayr, Popp 2024, Table 2, with another inflow",
+            .reference_text = text == "quadratic" ? "0.48 %" : text == "linear" ? "0.1 %" : "",
+            .ours_text = log::format("%.3g %%", 100.0 * difference),
+            .bar = "below 1 %"});
+    EXPECT_LT(difference, 0.01);
+  }
+}
+
+/// Beyond the paper's range: the tip at very small and very large penalties against that at 1e4.
+TEST(PenaltyStudy, from_loose_to_stiff) {
+  const std::vector<Vec3> reference = tip_history(1e4);
+  const double largest = largest_norm(reference);
+  double loose = 1e300;
+  for (const double penalty : {1.0, 1e5, 1e6, 1e8}) {
+    const double difference = largest_difference(tip_history(penalty), reference) / largest;
+    report("tip difference at penalty " + log::format("%g", penalty), difference);
+    record({.section = "Coupling",
+            .check = "single-beam, tip difference to penalty 1e4 over its largest value, penalty " +
+                     log::format("%g", penalty),
+            .source = "Hagemeyer, Mayr, Popp 2024, section 5.1",
+            .reference_text = "",
+            .ours_text = log::format("%.3g %%", 100.0 * difference),
+            .bar = penalty < 1e4 ? "" : "below 0.1 %"});
+    if (penalty < 1e4)
+      loose = difference;
+    else
+      EXPECT_LT(difference, std::min(loose, 0.001));
+  }
 }
 
 TEST(PenaltyStudy, tip_of_single_beam) {

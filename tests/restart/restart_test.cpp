@@ -111,6 +111,14 @@ TEST(Restart, one_way_coupling_is_bitwise) {
     check_bitwise(json);
   }
 }
+TEST(Restart, rows_that_change_from_step_to_step_are_bitwise) {
+  Json json = fast("monolithic");
+  json["coupling"]["multiplier"] = "gauss_point";
+  json["coupling"]["operator"] = "ring";
+  json["coupling"]["penalty"] = "auto";
+  json["coupling"]["gauss_points"] = 2;
+  check_bitwise(json);
+}
 TEST(Restart, trapezoidal_rule_is_bitwise) {
   Json json = fast("monolithic");
   json["time"]["fluid"]["theta"] = 0.5;
