@@ -216,6 +216,10 @@ void check_coupling(Visitor& v, const CaseParameters& p) {
   if (p.fluid && p.fluid->pressure_stabilization != fluid::PressureStabilization::pspg)
     v.error("coupling.penalty",
             "\"auto\" is calibrated for \"pressure_stabilization\": \"pspg\" only; use that, or give a number");
+  if (p.scheme.direction == fsi::Direction::fiber_only)
+    v.error("coupling.penalty",
+            "\"auto\" is the resistance to a flow that feels the fiber; with \"direction\": \"fiber_only\" give a "
+            "number");
   for (std::size_t i = 0; i < p.fibers.size(); ++i) {
     const std::string path = "fibers[" + std::to_string(i) + "]";
     if (p.fluid && !(p.fibers[i].physics.section.area > 0.0) && !v.failed(path + ".section"))

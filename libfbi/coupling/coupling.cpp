@@ -163,10 +163,14 @@ struct Coupling::Implementation {
     coverage.worst_fraction = largest[0];
     coverage.identity_error = largest[2] > 0.0 ? largest[1] / largest[2] : 0.0;
     coverage.worst_fiber.clear();
-    if (!seen && fibers.global_fibers > 0 && !(coverage.covered > 0.0) && parameters.outside == Outside::allow)
-      throw Error(ExitCode::geometry,
-                  "no part of any fiber lies in the fluid: nothing is coupled, and the multipliers have no equations; "
-                  "move the fibers into the fluid, or leave either of them out");
+    if (!seen && fibers.global_fibers > 0 && !(coverage.covered > 0.0) && parameters.outside == Outside::allow) {
+      // Linear and pointwise multipliers are zero until a fiber enters; those of higher order have no such safe start.
+      if (side.basis().order() > 1)
+        throw Error(ExitCode::geometry,
+                    "no part of any fiber lies in the fluid: quadratic and cubic multipliers have no equations; move the "
+                    "fibers into the fluid, or use \"multiplier\": \"linear\"");
+      log::warning("no part of any fiber lies in the fluid: nothing is coupled until a fiber enters it");
+    }
     seen = true;
     if (coverage.worst_fraction > noticed_outside) report_outside();
   }

@@ -118,6 +118,8 @@ class System {
  private:
   /// Throws Error(usage) for groups of joined fibers whose block of S would be too large. Collective.
   void check_group_sizes() const;
+  /// Says once that the interface law is used beyond its calibration. Collective.
+  void warn_of_fast_flow();
   /// tau_M mu/h^2 and tau_C/mu of every local cell at the present tau.
   std::vector<coupling::CellViscosity> stabilization() const;
 
@@ -134,6 +136,7 @@ class System {
   bool fibers_move_ = false;
   bool has_joints_ = false;
   bool has_geometry_ = false;
+  bool warned_of_fast_flow_ = false;
   std::vector<double> geometry_dofs_;
   std::vector<double> lambda_, lambda_old_;
   std::vector<double> force_old_, force_older_, force_oldest_, last_force_, last_motion_;
