@@ -12,11 +12,11 @@ namespace {
 struct Problem {
   MultiplierRows m;
   Eigen::MatrixXd dense_m, w, s;  // rows ordered (row, direction), columns (column, direction)
-  std::vector<double> block, diagonal;
+  std::vector<double> block, local;
   std::vector<InterfaceBlock> blocks;
 };
 
-/// Seven rows in two fibers: the first with a dense block, the second diagonal; one column without weight in y.
+/// Seven rows in two fibers: the first with a dense block, the second with a 3 x 3 matrix for each; one column without weight in y.
 Problem make_problem(double asymmetry) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> uniform(0.1, 1.0);
@@ -46,11 +46,14 @@ Problem make_problem(double asymmetry) {
   for (Index r = 0; r < n; ++r)
     for (Index c = 0; c < n; ++c) problem.block.push_back(dense(r, c));
   for (Index p = first_rows; p < rows; ++p) {
-    problem.diagonal.push_back(uniform(random));
-    for (int i = 0; i < 3; ++i) problem.s(3 * p + i, 3 * p + i) = problem.diagonal.back();
+    const Mat3 root = Mat3::NullaryExpr([&] { return uniform(random); });
+    const Mat3 law = p == first_rows ? Mat3(uniform(random) * Mat3::Identity()) : Mat3(root * root.transpose());
+    problem.s.block<3, 3>(3 * p, 3 * p) = law;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) problem.local.push_back(law(i, j));
   }
   problem.blocks = {{0, first_rows, problem.block.data(), nullptr},
-                    {first_rows, rows - first_rows, nullptr, problem.diagonal.data()}};
+                    {first_rows, rows - first_rows, nullptr, problem.local.data()}};
   return problem;
 }
 
