@@ -90,9 +90,8 @@ TEST(MultiplierFactor, gives_the_inverse_of_the_velocity_block) {
 TEST(MultiplierFactor, keeps_an_unsymmetric_part_when_cholesky_cannot) {
   // Strongly indefinite symmetric part: CHOLMOD gives up and UMFPACK solves the matrix as it is.
   Problem problem = make_problem(0.0);
-  for (double& value : problem.diagonal) value = -20.0;
-  for (Index p = 4; p < 7; ++p)
-    for (int i = 0; i < 3; ++i) problem.s(3 * p + i, 3 * p + i) = -20.0;
+  for (Index k = 0; k < 9 * 3; ++k) problem.local[k] = k % 9 % 4 == 0 ? -20.0 : 0.0;
+  for (Index p = 4; p < 7; ++p) problem.s.block<3, 3>(3 * p, 3 * p) = -20.0 * Mat3::Identity();
   problem.block[1] += 0.5;
   problem.s(0, 1) += 0.5;
   const Eigen::MatrixXd t = problem.s + problem.dense_m * problem.w * problem.dense_m.transpose();
