@@ -104,6 +104,14 @@ inline Mat3 inverse_tangent_map(const Vec3& psi) {
   return Mat3::Identity() + 0.5 * skew + coefficient_e(psi.squaredNorm()).value * skew * skew;
 }
 
+/// The coordinate axis most normal to a unit vector; of nearly equal ones the first.
+inline Vec3 axis_across(const Vec3& tangent) {
+  int smallest = 0;
+  for (int k = 1; k < 3; ++k)
+    if (std::abs(tangent[k]) < std::abs(tangent[smallest]) - 1e-9) smallest = k;
+  return Vec3::Unit(smallest);
+}
+
 /// The triad whose first axis is the unit vector `to`, reached from `triad` by the smallest rotation.
 inline Quaternion turned_to(const Quaternion& triad, const Vec3& to) {
   return normalized(Quaternion::FromTwoVectors(triad * Vec3(1, 0, 0), to) * triad);

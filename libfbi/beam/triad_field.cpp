@@ -20,13 +20,6 @@ using TriadVector = Eigen::Matrix<double, triad_element_dofs, 1>;
 double& at(double* band, Index i, Index j) { return band[TriadBand::entry(i, j)]; }
 double at(const double* band, Index i, Index j) { return band[TriadBand::entry(i, j)]; }
 
-Vec3 any_normal(const Vec3& tangent) {
-  int smallest = 0;
-  for (int k = 1; k < 3; ++k)
-    if (std::abs(tangent[k]) < std::abs(tangent[smallest]) - 1e-9) smallest = k;
-  return Vec3::Unit(smallest);
-}
-
 // Second axis carried from (x, tangent) to (next_x, next_tangent) without twist: two reflections, fourth order.
 Vec3 carried(const Vec3& axis, const Vec3& x, const Vec3& tangent, const Vec3& next_x, const Vec3& next_tangent) {
   const auto reflect = [](const Vec3& v, const Vec3& normal) {
@@ -87,7 +80,7 @@ TriadField::TriadField(FiberEquations& equations) {
         if (e == 0) {
           x = Vec3(q);
           tangent = Vec3(q + 3).normalized();
-          axis = group.section.direction.norm() > 0 ? group.section.direction : any_normal(tangent);
+          axis = group.section.direction.norm() > 0 ? group.section.direction : axis_across(tangent);
           axis = (axis - axis.dot(tangent) * tangent).normalized();
           triad_n[2 * node] = triad_of(tangent, axis);
         }

@@ -4,6 +4,8 @@
 
 #include <numbers>
 
+#include "base/error.hpp"
+#include "base/log.hpp"
 #include "coupling/multiplier.hpp"
 #include "coupling/ring.hpp"
 #include "scene.hpp"
@@ -165,6 +167,27 @@ TEST(Operators, RingsWrapAtPeriodicFaces) {
     double sum = 0.0;
     for (Index p = 0; p < coupling.rows(); ++p) sum += values[3 * static_cast<std::size_t>(p)];
     EXPECT_NEAR(scene.comm.sum(sum), 0.3, 1e-14);
+  }
+}
+
+/// Fibers that are all outside may enter later, but multipliers of higher order need some fluid to begin with.
+TEST(Operators, NothingInTheFluidAtTheStart) {
+  mesh::FiberMeshData fibers;
+  add_line(fibers, Vec3(0.5, 1.2, 0.5), Vec3(0.5, 1.7, 0.5), 3);
+  const Scene scene(cube(4), fibers);
+  for (const Multiplier multiplier : bases) {
+    CouplingParameters parameters = parameters_of(multiplier, Operator::centerline, Integration::segments);
+    parameters.outside = coupling::Outside::allow;
+    Coupling coupling(scene.fluid, scene.fibers, parameters);
+    if (multiplier == Multiplier::quadratic || multiplier == Multiplier::cubic) {
+      EXPECT_THROW(coupling.update(moved(scene.fibers, Vec3::Zero())), Error);
+      continue;
+    }
+    coupling.update(moved(scene.fibers, Vec3::Zero()));
+    EXPECT_EQ(coupling.coverage().covered, 0.0);
+    coupling.update(moved(scene.fibers, Vec3(0, -1, 0)));
+    EXPECT_NEAR(coupling.coverage().covered, 0.5, 1e-14);
+    EXPECT_LT(coupling.coverage().identity_error, 1e-14);
   }
 }
 
