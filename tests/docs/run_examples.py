@@ -77,7 +77,7 @@ class Page:
         if "not-run" in words:
             if not words["not-run"]:
                 return "not-run needs a reason"
-            problems = [self.exists(line) for line in content.splitlines()]
+            problems = [self.exists(line) for line in content.replace("\\\n", " ").splitlines()]
             return "\n".join(problem for problem in problems if problem)
         wanted = int(words.get("exit", "0"))
         code, output = self.run(["bash", "-e", "-o", "pipefail", "-c", content])
