@@ -38,7 +38,7 @@ class RunExamples(unittest.TestCase):
     def test_good_page(self):
         self.expect(0, block("json file=a.json", '{"good": 1} // a comment') + block("sh", "fbi-gen --check a.json") +
                     block("json part-of=a.json", '"other": "http://x" // replaced') + block("sh exit=3", "exit 3") +
-                    block("sh not-run=long", "A=1 make -C cases known  # a comment") + block("text", "anything"),
+                    block("sh not-run=long", "A=1 make -C cases \\\n  known  # a comment") + block("text", "anything"),
                     "5 examples, 0 failed")
 
     def test_failures(self):
