@@ -18,8 +18,7 @@ namespace {
 
 std::vector<io::HistoryColumn> history_columns(const ProbeSet& probes, const Setup& setup) {
   std::vector<io::HistoryColumn> columns = io::standard_history_columns();
-  if (setup.acceleration != nullptr)
-    columns.insert(columns.end(), {{"relaxation", "-"}, {"interface_krylov", "-"}});
+  if (setup.acceleration != nullptr) columns.insert(columns.end(), {{"relaxation", "-"}, {"interface_krylov", "-"}});
   for (std::size_t k = 0; k < probes.columns().size(); ++k) columns.push_back({probes.columns()[k], probes.units()[k]});
   for (const io::HistoryColumn& column : energy_columns(*setup.system)) columns.push_back(column);
   for (const io::HistoryColumn& column : CrossingFibers::columns(setup)) columns.push_back(column);

@@ -160,7 +160,8 @@ void print_scene(const Scene& scene, const Setup& setup) {
     if (dt > 0.0 && given && scene.speed * dt < 0.01 * scene.smallest_cell && fluid.tau_time &&
         fluid.pressure_stabilization == fluid::PressureStabilization::pspg)
       log::warning(
-          "the time step is small (CFL below 0.01) and the initial velocity is given: with PSPG the pressure is rough, in "
+          "the time step is small (CFL below 0.01) and the initial velocity is given: with PSPG the pressure is rough, "
+          "in "
           "the first steps in error by about 0.01/CFL; take larger steps, or, in slow flow, use "
           "\"pressure_stabilization\": \"projection\" (docs/pressure-stabilization.md)");
     if (scene.stiffness > 0.0)

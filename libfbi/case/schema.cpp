@@ -223,8 +223,9 @@ void check_coupling(Visitor& v, const CaseParameters& p) {
   for (std::size_t i = 0; i < p.fibers.size(); ++i) {
     const std::string path = "fibers[" + std::to_string(i) + "]";
     if (p.fluid && !(p.fibers[i].physics.section.area > 0.0) && !v.failed(path + ".section"))
-      v.error(path, "\"penalty\": \"auto\" needs the radius of every fiber; add for example \"section\": { "
-                    "\"radius\": 0.01 }");
+      v.error(path,
+              "\"penalty\": \"auto\" needs the radius of every fiber; add for example \"section\": { "
+              "\"radius\": 0.01 }");
   }
 }
 

@@ -25,7 +25,8 @@ void describe_joint(Visitor& v, mesh::JointParameters& p) {
   v.choice<mesh::JointType>(
       field("type", "what the nodes share"), p.type,
       {{mesh::JointType::position, "position", "the place: a hinge"},
-       {mesh::JointType::rigid, "rigid", "the place, and all turn as one: tangents keep their angles, sections of simo_reissner do not twist"}});
+       {mesh::JointType::rigid, "rigid",
+        "the place, and all turn as one: tangents keep their angles, sections of simo_reissner do not twist"}});
   if (!v.reading()) return;
   for (const char* side : {"a", "b"})
     if (!v.given(side) && !v.given("touching"))

@@ -79,19 +79,19 @@ void describe_coupling(Visitor& v, coupling::CouplingParameters& p, fsi::SchemeP
        {fsi::Direction::fiber_only, "fiber_only", "the fibers feel the fluid, which flows as if they were not there"}});
   if (scheme.scheme != fsi::Scheme::monolithic && scheme.direction != fsi::Direction::two_way && v.given("scheme"))
     v.error("scheme", "nothing is to be iterated with \"direction\": \"fluid_only\" or \"fiber_only\"; remove it");
-  v.choice<coupling::Multiplier>(
-      field("multiplier", "Lagrange multipliers on the fibers"), p.multiplier,
-      {{coupling::Multiplier::linear, "linear", "linear, continuous over a fiber"},
-       {coupling::Multiplier::quadratic, "quadratic", "quadratic, continuous"},
-       {coupling::Multiplier::cubic, "cubic", "cubic, continuous"},
-       {coupling::Multiplier::gauss_point, "gauss_point", "one for each integration point: Gauss-point-to-cell penalty"}});
+  v.choice<coupling::Multiplier>(field("multiplier", "Lagrange multipliers on the fibers"), p.multiplier,
+                                 {{coupling::Multiplier::linear, "linear", "linear, continuous over a fiber"},
+                                  {coupling::Multiplier::quadratic, "quadratic", "quadratic, continuous"},
+                                  {coupling::Multiplier::cubic, "cubic", "cubic, continuous"},
+                                  {coupling::Multiplier::gauss_point, "gauss_point",
+                                   "one for each integration point: Gauss-point-to-cell penalty"}});
   v.choice<coupling::Operator>(
       field("operator", "how a fiber sees the velocity of the fluid, and where its force goes"), p.kernel,
       {{coupling::Operator::centerline, "centerline", "on its center line; its radius does not matter then"},
        {coupling::Operator::ring, "ring", "mean over a circle around it, of its radius or half a cell"}});
   v.number_or_word(
-      field("penalty", "force per fiber length and velocity difference", "force time/length^2"), p.penalty,
-      p.automatic, positive(),
+      field("penalty", "force per fiber length and velocity difference", "force time/length^2"), p.penalty, p.automatic,
+      positive(),
       {"auto", "from viscosity, cells and the radius of the fiber, which then has its own resistance; with ring"});
   v.choice<fsi::GeometryUpdate>(
       field("geometry_update", "fiber positions used by the coupling terms"), scheme.geometry_update,

@@ -166,9 +166,10 @@ struct Coupling::Implementation {
     if (!seen && fibers.global_fibers > 0 && !(coverage.covered > 0.0) && parameters.outside == Outside::allow) {
       // Linear and pointwise multipliers are zero until a fiber enters; those of higher order have no such safe start.
       if (side.basis().order() > 1)
-        throw Error(ExitCode::geometry,
-                    "no part of any fiber lies in the fluid: quadratic and cubic multipliers have no equations; move the "
-                    "fibers into the fluid, or use \"multiplier\": \"linear\"");
+        throw Error(
+            ExitCode::geometry,
+            "no part of any fiber lies in the fluid: quadratic and cubic multipliers have no equations; move the "
+            "fibers into the fluid, or use \"multiplier\": \"linear\"");
       log::warning("no part of any fiber lies in the fluid: nothing is coupled until a fiber enters it");
     }
     seen = true;
@@ -214,8 +215,8 @@ struct Coupling::Implementation {
   search::SparseExchange exchange;
   Cutting cutting;
   FiberSide side;
-  std::unique_ptr<OwnRadiusLaw> law;          ///< null for a number epsilon
-  std::vector<CellViscosity> stabilization;   ///< shape=(local cells), for the law
+  std::unique_ptr<OwnRadiusLaw> law;         ///< null for a number epsilon
+  std::vector<CellViscosity> stabilization;  ///< shape=(local cells), for the law
   std::vector<Symmetric> interface_rows;
   std::vector<GlobalIndex> offsets;       ///< first row of each rank, shape=(ranks+1)
   std::vector<ElementGeometry> elements;  ///< of this rank's fibers

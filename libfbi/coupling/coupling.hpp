@@ -19,21 +19,22 @@ using Symmetric = std::array<double, 6>;
 
 /// How well the fibers are covered by fluid cells; sums and extremes over all ranks.
 struct Coverage {
-  double covered = 0.0;                 ///< arc length inside the fluid [length]
-  double outside = 0.0;                 ///< arc length outside the fluid [length]
-  double worst_fraction = 0.0;          ///< largest outside fraction of one fiber
-  std::string worst_fiber;              ///< its name
-  GlobalIndex fibers_outside = 0;       ///< fibers with an outside part
-  GlobalIndex segments = 0;             ///< pieces of fiber elements within one cell
-  double identity_error = 0.0;          ///< max over rows of |M.1 - kappa| and |D.1 - kappa|, relative to the largest kappa
+  double covered = 0.0;            ///< arc length inside the fluid [length]
+  double outside = 0.0;            ///< arc length outside the fluid [length]
+  double worst_fraction = 0.0;     ///< largest outside fraction of one fiber
+  std::string worst_fiber;         ///< its name
+  GlobalIndex fibers_outside = 0;  ///< fibers with an outside part
+  GlobalIndex segments = 0;        ///< pieces of fiber elements within one cell
+  double identity_error = 0.0;     ///< max over rows of |M.1 - kappa| and |D.1 - kappa|, relative to the largest kappa
 };
 
-/// The sparse part of M that this rank's cells contribute: row i of it belongs to multiplier row `row[i]` (global number).
+/// The sparse part of M that this rank's cells contribute: row i of it belongs to multiplier row `row[i]` (global
+/// number).
 struct LocalM {
-  std::vector<GlobalIndex> row;   ///< global multiplier rows touched by cells of this rank, ascending
-  std::vector<Index> begin;       ///< shape=(row.size()+1)
-  std::vector<Index> node;        ///< local fluid node (owned or ghost)
-  std::vector<double> value;      ///< int Phi_p N_r ds
+  std::vector<GlobalIndex> row;  ///< global multiplier rows touched by cells of this rank, ascending
+  std::vector<Index> begin;      ///< shape=(row.size()+1)
+  std::vector<Index> node;       ///< local fluid node (owned or ghost)
+  std::vector<double> value;     ///< int Phi_p N_r ds
 };
 
 /// D, M, kappa and the exchange of multiplier values between the fibers' ranks and the ranks of the cells they cross.
@@ -48,9 +49,9 @@ class Coupling {
   Coupling(const mesh::HexMesh& fluid, const mesh::FiberMesh& fibers, const CouplingParameters& parameters);
   ~Coupling();
 
-  /// Searches, cuts segments and integrates D, M, kappa at positions `dofs`, shape=(fiber nodes,6): x, y, z, tx, ty, tz.
-  /// The same dofs give bitwise the same operators, whatever was computed before. Throws Error(geometry) on all ranks when more
-  /// of a fiber lies outside than allowed, naming the fiber. Collective.
+  /// Searches, cuts segments and integrates D, M, kappa at positions `dofs`, shape=(fiber nodes,6): x, y, z, tx, ty,
+  /// tz. The same dofs give bitwise the same operators, whatever was computed before. Throws Error(geometry) on all
+  /// ranks when more of a fiber lies outside than allowed, naming the fiber. Collective.
   void update(const std::vector<double>& dofs);
 
   /// True when the interface law depends on the stabilisation of the fluid, which set_stabilization must give before
@@ -61,20 +62,20 @@ class Coupling {
   /// S_p = int Phi_p E^-1 ds of the interface law, shape=(rows); kappa/epsilon times identity for a number epsilon
   /// [length^2/(force time) length].
   const std::vector<Symmetric>& interface_rows() const;
-  bool has_fixed_rows() const;                          ///< the number of rows never changes
-  Index rows() const;                                   ///< rows of this rank's fibers
-  GlobalIndex first_row() const;                        ///< global number of its first row
+  bool has_fixed_rows() const;    ///< the number of rows never changes
+  Index rows() const;             ///< rows of this rank's fibers
+  GlobalIndex first_row() const;  ///< global number of its first row
   GlobalIndex global_rows() const;
-  Index first_row_of(Index fiber) const;                ///< local; valid for fiber = fibers() too
-  const std::vector<double>& kappa() const;             ///< shape=(rows) [length]
-  /// Dense D of one fiber, row-major, shape=(rows of the fiber, 2*nodes of the fiber): columns d_1, t_1, d_2, t_2, ... with the
-  /// factor l_ele/2 of the tangent functions included; the same for each direction.
+  Index first_row_of(Index fiber) const;     ///< local; valid for fiber = fibers() too
+  const std::vector<double>& kappa() const;  ///< shape=(rows) [length]
+  /// Dense D of one fiber, row-major, shape=(rows of the fiber, 2*nodes of the fiber): columns d_1, t_1, d_2, t_2, ...
+  /// with the factor l_ele/2 of the tangent functions included; the same for each direction.
   const std::vector<double>& d_block(Index fiber) const;
   const LocalM& local_m() const;
   const Coverage& coverage() const;
 
-  /// out = M v: nodal holds `stride` values per *local* fluid node (ghosts up to date), the first three being the velocity;
-  /// out has shape=(rows,3). Collective.
+  /// out = M v: nodal holds `stride` values per *local* fluid node (ghosts up to date), the first three being the
+  /// velocity; out has shape=(rows,3). Collective.
   void interpolate(const double* nodal, int stride, double* out) const;
   /// nodal += scale * M^T lambda on local nodes, ghosts included (the caller adds ghosts to their owners); lambda has
   /// shape=(rows,3). Collective.

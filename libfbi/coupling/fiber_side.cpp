@@ -101,14 +101,16 @@ std::vector<double> FiberSide::at_nodes(const std::vector<double>& lambda) const
           const double part = shape[end] * row_points_[row].ds;
           weight[node + end] += part;
           for (int i = 0; i < 3; ++i)
-            result[3 * static_cast<std::size_t>(node + end) + i] += part * lambda[3 * static_cast<std::size_t>(row) + i];
+            result[3 * static_cast<std::size_t>(node + end) + i] +=
+                part * lambda[3 * static_cast<std::size_t>(row) + i];
         }
       }
     }
   if (basis_.is_lagrange()) return result;
   for (Index n = 0; n < fibers_.nodes(); ++n)
     for (int i = 0; i < 3; ++i)
-      result[3 * static_cast<std::size_t>(n) + i] = weight[n] > 0.0 ? result[3 * static_cast<std::size_t>(n) + i] / weight[n] : 0.0;
+      result[3 * static_cast<std::size_t>(n) + i] =
+          weight[n] > 0.0 ? result[3 * static_cast<std::size_t>(n) + i] / weight[n] : 0.0;
   return result;
 }
 

@@ -43,7 +43,8 @@ void OwnRadiusLaw::set_points(const Pieces& pieces, const fem::QuadratureRule& r
 void OwnRadiusLaw::evaluate(const std::vector<CellViscosity>& cells, std::vector<Symmetric>& rows) const {
   std::vector<double> touched(6 * touched_.size(), 0.0);
   for (const Point& point : points_) {
-    const Compliance c = own_radius_law(point.radius, point.ring_radius, point.cell_size, viscosity_, cells[point.cell]);
+    const Compliance c =
+        own_radius_law(point.radius, point.ring_radius, point.cell_size, viscosity_, cells[point.cell]);
     const Vec3& t = point.tangent;
     int k = 0;
     for (int i = 0; i < 3; ++i)

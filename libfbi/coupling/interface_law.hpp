@@ -21,14 +21,15 @@ class OwnRadiusLaw {
   void set_points(const Pieces& pieces, const fem::QuadratureRule& rule, const Basis& basis,
                   const std::vector<GlobalIndex>& offsets);
 
-  /// S_p of this rank's rows for the stabilisation in every local cell, shape=(rows) [length^3/(force time)]. Collective.
+  /// S_p of this rank's rows for the stabilisation in every local cell, shape=(rows) [length^3/(force time)].
+  /// Collective.
   void evaluate(const std::vector<CellViscosity>& cells, std::vector<Symmetric>& rows) const;
 
  private:
   struct Point {
     Index first;  ///< of the touched rows
     int rows;
-    Index cell;   ///< local
+    Index cell;               ///< local
     double value[most_rows];  ///< Phi_p ds
     double radius, ring_radius, cell_size;
     Vec3 tangent;

@@ -61,9 +61,8 @@ void RowAssembly::write_row(GlobalIndex row, std::size_t begin, std::size_t end)
 }
 
 void RowAssembly::end_group() {
-  std::stable_sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
-    return a.row < b.row || (a.row == b.row && a.node < b.node);
-  });
+  std::stable_sort(entries_.begin(), entries_.end(),
+                   [](const Entry& a, const Entry& b) { return a.row < b.row || (a.row == b.row && a.node < b.node); });
   std::size_t kept = 0;
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     if (kept > 0 && entries_[kept - 1].row == entries_[i].row && entries_[kept - 1].node == entries_[i].node)
@@ -118,9 +117,9 @@ namespace {
 
 /// A point of a ring on its way to the rank of its cell. Trivially copyable.
 struct Sample {
-  GlobalIndex first_row;    ///< of its group
+  GlobalIndex first_row;  ///< of its group
   GlobalIndex cell;
-  double order;             ///< x of the integration point
+  double order;  ///< x of the integration point
   double point[3];
   double value[most_rows];  ///< Phi_p ds / (points of the ring inside)
   Index rows;               ///< of its group

@@ -68,8 +68,7 @@ void PointLocation::locate_once(std::vector<Place>& places) {
       if (rank == self)
         take(places[i], local_cell(places[i].point), self);
       else
-        queries[rank].push_back(
-            {static_cast<Index>(i), {places[i].point[0], places[i].point[1], places[i].point[2]}});
+        queries[rank].push_back({static_cast<Index>(i), {places[i].point[0], places[i].point[1], places[i].point[2]}});
     }
   }
   std::map<int, std::vector<Answer>> replies;

@@ -1,8 +1,8 @@
 #include "coupling/ring.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <Eigen/Geometry>
 #include <numbers>
 
 #include "fem/hex8.hpp"

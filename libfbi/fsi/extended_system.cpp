@@ -116,9 +116,10 @@ bool ExtendedSystem::factorize() {
       for (Index a = 0; a < 3 * count; ++a)
         for (Index b = 0; b < 3 * count; ++b) {
           if (interface_->is_local(f) && a / 3 != b / 3) continue;
-          const double value = interface_->is_local(f)
-                                   ? interface_->law()[9 * static_cast<std::size_t>(first + a / 3) + 3 * (a % 3) + b % 3]
-                                   : interface_->block(f)(a, b);
+          const double value =
+              interface_->is_local(f)
+                  ? interface_->law()[9 * static_cast<std::size_t>(first + a / 3) + 3 * (a % 3) + b % 3]
+                  : interface_->block(f)(a, b);
           if (interface_->is_local(f) && a != b && value == 0.0) continue;
           add(multiplier_number(3 * (first_row + first) + a), multiplier_number(3 * (first_row + first) + b), -value);
         }

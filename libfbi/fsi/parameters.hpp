@@ -54,11 +54,11 @@ struct SchemeParameters {
   bool implicit_penalty = false;  ///< partitioned: epsilon D^T kappa^-1 D v_b stays in the equations of the fibers
   ForcePredictor force_predictor = ForcePredictor::linear;  ///< partitioned
   Differences differences = Differences::linearized;        ///< newton_krylov
-  double gamma = 1e-4;             ///< newton_krylov: parameter of the difference step
-  double krylov_tolerance = 1e-2;  ///< newton_krylov: |J dx + r| <= this |r|
-  Index krylov_iterations = 50;    ///< newton_krylov: largest dimension of the Krylov space
-  Index reuse = 10;                ///< iqn_ils: earlier steps whose columns are kept
-  double filter = 1e-2;            ///< iqn_ils: columns with a smaller independent part are dropped, relative
+  double gamma = 1e-4;                                      ///< newton_krylov: parameter of the difference step
+  double krylov_tolerance = 1e-2;                           ///< newton_krylov: |J dx + r| <= this |r|
+  Index krylov_iterations = 50;                             ///< newton_krylov: largest dimension of the Krylov space
+  Index reuse = 10;                                         ///< iqn_ils: earlier steps whose columns are kept
+  double filter = 1e-2;  ///< iqn_ils: columns with a smaller independent part are dropped, relative
 };
 
 struct SolverParameters {

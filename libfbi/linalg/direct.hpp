@@ -25,7 +25,7 @@ class DirectSolver {
 
   Comm comm_;
   KspHandle ksp_;
-  PC factors_ = nullptr;  // owned by ksp_, perhaps through an inner solver; null before the first matrix
+  PC factors_ = nullptr;                // owned by ksp_, perhaps through an inner solver; null before the first matrix
   PetscInt rows_ = -1, own_rows_ = -1;  // of the matrix that ksp_ was made for
 };
 

@@ -25,9 +25,9 @@ struct MultiplierRows {
 struct InterfaceBlock {
   Index first = 0;
   Index rows = 0;
-  const double* dense = nullptr;     ///< row-major, shape=(3*rows,3*rows)
-  const double* local = nullptr;     ///< row-major, shape=(rows,3,3)
-  const Index* index = nullptr;      ///< shape=(rows), rows of a dense block that do not follow each other
+  const double* dense = nullptr;  ///< row-major, shape=(3*rows,3*rows)
+  const double* local = nullptr;  ///< row-major, shape=(rows,3,3)
+  const Index* index = nullptr;   ///< shape=(rows), rows of a dense block that do not follow each other
 };
 
 /// Sparse factors of T = S + M W M^T restricted to this rank's rows: (W^-1 + M^T S^-1 M)^-1 = W - W M^T T^-1 M W.

@@ -58,8 +58,7 @@ inline Json light(double density, const char* weight, double rho_inf = 1.0) {
   return json;
 }
 
-inline FiberRun measure(const std::string& name, const Json& json, int last = short_run,
-                        const char* bar = "reported") {
+inline FiberRun measure(const std::string& name, const Json& json, int last = short_run, const char* bar = "reported") {
   const FiberRun result = run_fiber(json, last);
   report(name + ", failed step", result.failed_step);
   report(name + ", most Newton iterations", result.newton);

@@ -40,11 +40,10 @@ TEST(AppendixA, MatricesToTwelveDigits) {
   for (int p = 0; p < 2; ++p) {
     worst = std::max(worst, std::abs(fiber.kappa[p] - data["kappa"][p].get<double>()));
     for (int j = 0; j < 4; ++j)
-      worst = std::max(worst, std::abs(fiber.d[p][j] -
-                                       data["D_rows_multiplier_columns_d1_t1_d2_t2"][p][j].get<double>()));
+      worst =
+          std::max(worst, std::abs(fiber.d[p][j] - data["D_rows_multiplier_columns_d1_t1_d2_t2"][p][j].get<double>()));
     for (int a = 0; a < 8; ++a)
-      worst = std::max(worst,
-                       std::abs(m[p][a] - data["M_rows_multiplier_columns_hex_nodes"][p][a].get<double>()));
+      worst = std::max(worst, std::abs(m[p][a] - data["M_rows_multiplier_columns_hex_nodes"][p][a].get<double>()));
     EXPECT_NEAR(fiber.kappa[p], data["kappa"][p].get<double>(), 1e-12);
     for (int j = 0; j < 4; ++j)
       EXPECT_NEAR(fiber.d[p][j], data["D_rows_multiplier_columns_d1_t1_d2_t2"][p][j].get<double>(), 1e-12);

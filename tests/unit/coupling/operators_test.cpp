@@ -53,8 +53,7 @@ std::array<double, 3> fingerprint(const Scene& scene, Coupling& coupling) {
   std::array<double, 3> sums{};
   for (const double value : values) sums[0] += value * value;
   for (const double value : coupling.kappa()) sums[1] += value * value;
-  for (const coupling::Symmetric& s : coupling.interface_rows())
-    sums[2] += (s[0] + s[3] + s[5]) * (s[0] + s[3] + s[5]);
+  for (const coupling::Symmetric& s : coupling.interface_rows()) sums[2] += (s[0] + s[3] + s[5]) * (s[0] + s[3] + s[5]);
   scene.comm.sum(sums.data(), 3);
   return sums;
 }

@@ -1,6 +1,5 @@
 // Curves, crossings, inverse maps and segments of single elements.
 #include "coupling/segmentation.hpp"
-#include "fem/line_shapes.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +8,7 @@
 #include "coupling/coupling_matrices.hpp"
 #include "coupling/face_crossings.hpp"
 #include "fem/hex8.hpp"
+#include "fem/line_shapes.hpp"
 
 namespace fbi::coupling {
 namespace {

@@ -16,7 +16,8 @@ struct Problem {
   std::vector<InterfaceBlock> blocks;
 };
 
-/// Seven rows in two fibers: the first with a dense block, the second with a 3 x 3 matrix for each; one column without weight in y.
+/// Seven rows in two fibers: the first with a dense block, the second with a 3 x 3 matrix for each; one column without
+/// weight in y.
 Problem make_problem(double asymmetry) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> uniform(0.1, 1.0);
