@@ -117,7 +117,7 @@ struct Coupling::Implementation {
     const std::vector<double>& kappa = side.kappa();
     interface_rows.assign(kappa.size(), Symmetric{});
     if (law != nullptr) {
-      if (!stabilization.empty() || fluid.local_cells() == 0) law->evaluate(stabilization, interface_rows);
+      if (has_stabilization) law->evaluate(stabilization, interface_rows);
       return;
     }
     for (std::size_t p = 0; p < kappa.size(); ++p) {
@@ -217,6 +217,7 @@ struct Coupling::Implementation {
   FiberSide side;
   std::unique_ptr<OwnRadiusLaw> law;         ///< null for a number epsilon
   std::vector<CellViscosity> stabilization;  ///< shape=(local cells), for the law
+  bool has_stabilization = false;
   std::vector<Symmetric> interface_rows;
   std::vector<GlobalIndex> offsets;       ///< first row of each rank, shape=(ranks+1)
   std::vector<ElementGeometry> elements;  ///< of this rank's fibers
@@ -276,6 +277,7 @@ bool Coupling::needs_stabilization() const { return implementation_->law != null
 
 void Coupling::set_stabilization(std::vector<CellViscosity> cells) {
   implementation_->stabilization = std::move(cells);
+  implementation_->has_stabilization = true;
   if (implementation_->rows != nullptr) implementation_->renew_law();
 }
 

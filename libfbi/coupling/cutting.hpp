@@ -41,6 +41,19 @@ struct Pieces {
   std::vector<Piece> pieces;
 };
 
+/// Calls visit(piece, geometry, cell, point) for every integration point of the pieces, in their order.
+template <class Visit>
+void visit_points(const mesh::HexMesh& mesh, const Pieces& pieces, const fem::QuadratureRule& rule, Visit&& visit) {
+  std::vector<IntegrationPoint> points;
+  for (const Piece& piece : pieces.pieces) {
+    const ElementGeometry& geometry = pieces.geometries[piece.geometry];
+    const Cell cell = make_cell(mesh, piece.cell);
+    points.clear();
+    integration_points(geometry.measure, rule, piece.segment, points);
+    for (const IntegrationPoint& point : points) visit(piece, geometry, cell, point);
+  }
+}
+
 /// Cuts fiber elements at the faces of a distributed mesh. Box meshes need no search: every rank knows all grid planes.
 /// In other meshes the curves go to the ranks whose bins they touch, these return claims, the fiber's rank resolves
 /// them.

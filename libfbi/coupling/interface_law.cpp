@@ -8,30 +8,25 @@ void OwnRadiusLaw::set_points(const Pieces& pieces, const fem::QuadratureRule& r
                               const std::vector<GlobalIndex>& offsets) {
   points_.clear();
   touched_.clear();
-  std::vector<IntegrationPoint> points;
   std::vector<GlobalIndex> first_row;
-  for (const Piece& piece : pieces.pieces) {
-    const ElementGeometry& geometry = pieces.geometries[piece.geometry];
-    const Cell cell = make_cell(mesh_, piece.cell);
-    points.clear();
-    integration_points(geometry.measure, rule, piece.segment, points);
-    for (const IntegrationPoint& point : points) {
-      Point law{};
-      law.tangent = geometry.curve.slope(point.x).normalized();
-      law.cell = piece.cell;
-      law.radius = geometry.radius;
-      law.cell_size = size_across(cell, law.tangent);
-      law.ring_radius = make_ring(law.radius, law.cell_size, law.tangent).radius;
-      const BasisValues phi = basis.at(point.x, point.number);
-      law.rows = phi.count;
-      for (int p = 0; p < phi.count; ++p) {
-        law.value[p] = phi.value[p] * point.ds;
-        touched_.push_back(geometry.row + phi.first + p);
-      }
-      first_row.push_back(geometry.row + phi.first);
-      points_.push_back(law);
+  const auto visit = [&](const Piece& piece, const ElementGeometry& geometry, const Cell& cell,
+                         const IntegrationPoint& point) {
+    Point law{};
+    law.tangent = geometry.curve.slope(point.x).normalized();
+    law.cell = piece.cell;
+    law.radius = geometry.radius;
+    law.cell_size = size_across(cell, law.tangent);
+    law.ring_radius = make_ring(law.radius, law.cell_size, law.tangent).radius;
+    const BasisValues phi = basis.at(point.x, point.number);
+    law.rows = phi.count;
+    for (int p = 0; p < phi.count; ++p) {
+      law.value[p] = phi.value[p] * point.ds;
+      touched_.push_back(geometry.row + phi.first + p);
     }
-  }
+    first_row.push_back(geometry.row + phi.first);
+    points_.push_back(law);
+  };
+  visit_points(mesh_, pieces, rule, visit);
   std::sort(touched_.begin(), touched_.end());
   touched_.erase(std::unique(touched_.begin(), touched_.end()), touched_.end());
   for (std::size_t k = 0; k < points_.size(); ++k)

@@ -132,33 +132,28 @@ std::vector<std::pair<Sample, int>> ring_samples(const mesh::HexMesh& mesh, cons
                                                  PointLocation& location) {
   std::vector<Place> places;
   std::vector<Sample> samples;
-  std::vector<IntegrationPoint> points;
   std::vector<Index> first(1, 0);  // of the samples of each ring
   std::vector<Place> centers;
-  for (const Piece& piece : pieces.pieces) {
-    const ElementGeometry& geometry = pieces.geometries[piece.geometry];
-    const Cell cell = make_cell(mesh, piece.cell);
-    points.clear();
-    integration_points(geometry.measure, rule, piece.segment, points);
-    for (const IntegrationPoint& point : points) {
-      const Vec3 center = geometry.curve.point(point.x);
-      const Vec3 tangent = geometry.curve.slope(point.x).normalized();
-      const Ring ring = make_ring(geometry.radius, size_across(cell, tangent), tangent);
-      const BasisValues phi = basis.at(point.x, point.number);
-      Sample sample{};
-      sample.first_row = geometry.row + phi.first;
-      sample.rows = phi.count;
-      sample.order = point.x;
-      for (int p = 0; p < phi.count; ++p) sample.value[p] = phi.value[p] * point.ds;
-      for (Index q = 0; q < ring.points; ++q) {
-        sample.number = q;
-        samples.push_back(sample);
-        places.push_back({center + ring.offset(q)});
-      }
-      first.push_back(static_cast<Index>(samples.size()));
-      centers.push_back({center, mesh.cell_id[piece.cell], mesh.comm.rank()});
+  const auto visit = [&](const Piece& piece, const ElementGeometry& geometry, const Cell& cell,
+                         const IntegrationPoint& point) {
+    const Vec3 center = geometry.curve.point(point.x);
+    const Vec3 tangent = geometry.curve.slope(point.x).normalized();
+    const Ring ring = make_ring(geometry.radius, size_across(cell, tangent), tangent);
+    const BasisValues phi = basis.at(point.x, point.number);
+    Sample sample{};
+    sample.first_row = geometry.row + phi.first;
+    sample.rows = phi.count;
+    sample.order = point.x;
+    for (int p = 0; p < phi.count; ++p) sample.value[p] = phi.value[p] * point.ds;
+    for (Index q = 0; q < ring.points; ++q) {
+      sample.number = q;
+      samples.push_back(sample);
+      places.push_back({center + ring.offset(q)});
     }
-  }
+    first.push_back(static_cast<Index>(samples.size()));
+    centers.push_back({center, mesh.cell_id[piece.cell], mesh.comm.rank()});
+  };
+  visit_points(mesh, pieces, rule, visit);
   location.locate(places);
   std::vector<std::pair<Sample, int>> inside;
   inside.reserve(samples.size());

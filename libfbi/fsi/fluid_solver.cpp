@@ -82,12 +82,12 @@ void FluidSolver::remove_mean_pressure(Vec x) const {
   for (Index a = 0; a < mesh.owned_nodes; ++a) values.get()[4 * static_cast<std::size_t>(a) + 3] -= sums[0] / sums[1];
 }
 
-void FluidSolver::interpolate(Vec u, std::vector<double>& out) const {
+void interpolate(const coupling::Coupling& coupling, Vec u, std::vector<double>& out) {
   Timed timed("M v");
-  out.resize(3 * static_cast<std::size_t>(coupling_->rows()));
+  out.resize(3 * static_cast<std::size_t>(coupling.rows()));
   GhostedForm form(u);
   Read values(form.get());
-  coupling_->interpolate(values.get(), 4, out.data());
+  coupling.interpolate(values.get(), 4, out.data());
 }
 
 void FluidSolver::add_spread(const std::vector<double>& lambda, Vec r, bool dirichlet_rows) const {
@@ -124,7 +124,7 @@ void FluidSolver::apply_operator(Vec x, Vec y) {
     }
     FBI_PETSC(VecGhostUpdateBegin(ghosted_, INSERT_VALUES, SCATTER_FORWARD));
     FBI_PETSC(VecGhostUpdateEnd(ghosted_, INSERT_VALUES, SCATTER_FORWARD));
-    interpolate(ghosted_, rows_);
+    interpolate(*coupling_, ghosted_, rows_);
     interface_->solve(rows_.data());
     add_spread(rows_, y);
   }
@@ -154,7 +154,7 @@ void FluidSolver::velocity_block(const double* r, double* x) {
   }
   FBI_PETSC(VecGhostUpdateBegin(ghosted_, INSERT_VALUES, SCATTER_FORWARD));
   FBI_PETSC(VecGhostUpdateEnd(ghosted_, INSERT_VALUES, SCATTER_FORWARD));
-  interpolate(ghosted_, rows_);
+  interpolate(*coupling_, ghosted_, rows_);
   factor_.solve(rows_.data());
   {
     GhostedForm form(ghosted_);

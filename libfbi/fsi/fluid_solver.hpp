@@ -19,6 +19,9 @@
 
 namespace fbi::fsi {
 
+/// out (rows,3) = M u. Ghosts of u must be up to date. Collective.
+void interpolate(const coupling::Coupling& coupling, Vec u, std::vector<double>& out);
+
 /// Solves with the tangent of the fluid at its linearisation point, with or without fibers.
 ///
 /// Iterative: FGMRES with a pressure-splitting block preconditioner. The velocity block is (W^-1 + M^T S^-1 M)^-1 with
@@ -55,8 +58,6 @@ class FluidSolver {
   /// Where no face fixes the pressure level, removes from the continuity rows of a residual what no solution can
   /// balance (their mean, the net flux through the boundary); returns that mean. Collective.
   double project_residual(Vec r) const;
-  /// out (rows,3) = M u. Ghosts of u must be up to date. Collective.
-  void interpolate(Vec u, std::vector<double>& out) const;
   /// r += M^T lambda in all rows that are not Dirichlet (or in all rows). Collective.
   void add_spread(const std::vector<double>& lambda, Vec r, bool dirichlet_rows = false) const;
 

@@ -34,7 +34,7 @@ class SteadyProblem {
   double evaluate(StepReport& report) {
     system_.fluid().update_tau();
     if (system_.is_coupled()) {  // lambda = S^-1 M u: the fibers do not move
-      system_.solver().interpolate(system_.fluid().iterate(), lambda_);
+      system_.interpolate(system_.fluid().iterate(), lambda_);
       system_.interface().solve(lambda_.data());
     }
     choose_reference(report.history.empty());

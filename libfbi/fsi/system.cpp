@@ -154,13 +154,7 @@ std::vector<double> System::first_positions() const {
   return dofs;
 }
 
-void System::interpolate(Vec u, std::vector<double>& out) const {
-  Timed timed("M v");
-  out.resize(3 * static_cast<std::size_t>(coupling_->rows()));
-  linalg::GhostedForm form(u);
-  linalg::Read values(form.get());
-  coupling_->interpolate(values.get(), 4, out.data());
-}
+void System::interpolate(Vec u, std::vector<double>& out) const { fsi::interpolate(*coupling_, u, out); }
 
 void System::drop_caches() {
   has_geometry_ = false;

@@ -65,25 +65,9 @@ TEST(AddedMass, OfTheFirstStep) {
       const double reference = 1 / (sigma * lattice_velocity(lattice)[0]);
       const std::string check =
           log::format("added mass of the first small step over rho h^2, %s, fiber %s", choice.name, place_of(n));
-      report(check, ours);
-      record({.section = "Coupling",
-              .id = "0.4",
-              .check = check,
-              .source = symbol,
-              .reference = reference,
-              .ours = ours,
-              .bar = "0.5 %"});
-      EXPECT_NEAR(ours, reference, 5e-3 * reference) << check;
+      check_number("0.4", check, symbol, reference, ours, 5e-3);
       if (choice.name != std::string("whiting_jansen")) continue;
-      const double known = n % 2 == 0 ? 0.38 : 3.1;
-      record({.section = "Coupling",
-              .id = "0.4",
-              .check = check,
-              .source = "computed independently",
-              .reference = known,
-              .ours = ours,
-              .bar = "1.5 %"});
-      EXPECT_NEAR(ours, known, 0.015 * known);
+      check_number("0.4", check, "computed independently", n % 2 == 0 ? 0.38 : 3.1, ours, 0.015);
     }
 }
 
@@ -95,15 +79,7 @@ TEST(AddedMass, AlongTheFiber) {
     lattice.sigma = sigma;
     const double ours = added_mass(n, true, fluid("{}")), reference = 1 / (sigma * lattice_velocity(lattice)[1]);
     const std::string check = log::format("the same along the fiber, %s", place_of(n));
-    report(check, ours);
-    record({.section = "Coupling",
-            .id = "0.4",
-            .check = check,
-            .source = symbol,
-            .reference = reference,
-            .ours = ours,
-            .bar = "0.5 %"});
-    EXPECT_NEAR(ours, reference, 5e-3 * reference);
+    check_number("0.4", check, symbol, reference, ours, 5e-3);
   }
 }
 

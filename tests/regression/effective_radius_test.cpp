@@ -28,15 +28,7 @@ Lattice lattice_of(const Json& changes, int n) {
 
 void row(const std::string& check, const char* source, double reference, double ours, double bar,
          const char* id = "S-H1") {
-  report(check, ours);
-  record({.section = "Coupling",
-          .id = id,
-          .check = check,
-          .source = source,
-          .reference = reference,
-          .ours = ours,
-          .bar = log::format("%g %%", 100 * bar)});
-  EXPECT_NEAR(ours, reference, bar * std::abs(reference)) << check;
+  check_number(id, check, source, reference, ours, bar);
 }
 
 /// a/h of one choice of options at both positions against the lattice; `known` are other people's numbers, 0 for none.

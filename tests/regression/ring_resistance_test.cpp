@@ -15,27 +15,14 @@ Json with_ring(Json json, double radius) {
   return json;
 }
 
-void row(const char* id, const std::string& check, const char* source, double reference, double ours, double bar) {
-  report(check, ours);
-  report("relative error", ours / reference - 1);
-  record({.section = "Coupling",
-          .id = id,
-          .check = check,
-          .source = source,
-          .reference = reference,
-          .ours = ours,
-          .bar = log::format("%g %%", 100 * bar)});
-  EXPECT_NEAR(ours, reference, bar * std::abs(reference)) << check;
-}
-
 TEST(Ring, ThinFiberAcrossAnArray) {
   constexpr double radius = 0.005641896, exact = 3.24955742;
   for (const auto& [n, expected] : {std::pair{16, 3.27065}, {17, 3.22272}, {32, 3.27528}, {33, 3.22559}}) {
     const double ours = array_drag(with_ring(array_cell(n), radius), n).resistance;
     const std::string check =
         log::format("ring and auto, square array, a/h %.3g, %d cells, fiber %s: F/(mu U)", radius * n, n, place_of(n));
-    row("S-H1", check, study, expected, ours, 0.003);
-    row("S-H1", check, "Hasimoto 1959, cylinders of the fiber's radius", exact, ours, 0.015);
+    check_number("S-H1", check, study, expected, ours, 0.003);
+    check_number("S-H1", check, "Hasimoto 1959, cylinders of the fiber's radius", exact, ours, 0.015);
   }
 }
 
@@ -45,8 +32,8 @@ TEST(Ring, ThickFiberAcrossAnArray) {
     const double ours = array_drag(with_ring(array_cell(n), radius), n).resistance;
     const std::string check =
         log::format("ring and auto, square array, a/h %.3g, %d cells, fiber %s: F/(mu U)", radius * n, n, place_of(n));
-    row("S-H1", check, study, expected, ours, 0.003);
-    row("S-H1", check, "Sangani and Acrivos 1982", exact, ours, 0.025);
+    check_number("S-H1", check, study, expected, ours, 0.003);
+    check_number("S-H1", check, "Sangani and Acrivos 1982", exact, ours, 0.025);
     const double line = array_drag(array_cell(n), n).resistance;
     report("center line", line);
     EXPECT_GT(std::abs(line / exact - 1), 0.5) << "the center line does not know the radius";
@@ -57,8 +44,8 @@ TEST(Ring, ThickFiberAcrossAnArray) {
 TEST(Ring, DenseArray) {
   constexpr double radius = 0.252313252, exact = 51.52694896;
   const double ours = array_drag(with_ring(array_cell(32), radius), 32).resistance;
-  row("S-H1", "ring and auto, square array, solid fraction 0.2, 32 cells: F/(mu U)", "Sangani and Acrivos 1982", exact,
-      ours, 0.12);
+  check_number("S-H1", "ring and auto, square array, solid fraction 0.2, 32 cells: F/(mu U)",
+               "Sangani and Acrivos 1982", exact, ours, 0.12);
   EXPECT_LT(ours, 0.95 * exact) << "better than the documented limit";
 }
 
@@ -76,10 +63,10 @@ TEST(Ring, ThinFiberWithOtherOptions) {
     for (const int n : {16, 17}) {
       Json json = with_ring(array_cell(n), radius);
       json["fluid"].merge_patch(parse_json(choice.fluid));
-      row("S-H1",
-          log::format("ring and auto, square array, %s, a/h %.3g, %d cells, fiber %s: F/(mu U)", choice.name,
-                      radius * n, n, place_of(n)),
-          "Hasimoto 1959, cylinders of the fiber's radius", exact, array_drag(json, n).resistance, 0.03);
+      check_number("S-H1",
+                   log::format("ring and auto, square array, %s, a/h %.3g, %d cells, fiber %s: F/(mu U)", choice.name,
+                               radius * n, n, place_of(n)),
+                   "Hasimoto 1959, cylinders of the fiber's radius", exact, array_drag(json, n).resistance, 0.03);
     }
 }
 
@@ -87,10 +74,10 @@ TEST(Ring, FiberAlongADuct) {
   for (const auto& [radius, exact] : {std::pair{0.01, 1.57560806}, {0.02, 1.90709472}, {0.05, 2.64182920}})
     for (const int n : {16, 17}) {
       CoupledCase run(with_ring(duct(n), radius));
-      row("S-H2",
-          log::format("ring and auto, fiber along a square duct, a/h %.3g, %d cells, %s: F/(mu U)", radius * n, n,
-                      place_of(n)),
-          "2 pi/ln(0.539 L/a), the fiber's radius", exact, -solve_for_force(run, 2.0 / n)[2], 0.02);
+      check_number("S-H2",
+                   log::format("ring and auto, fiber along a square duct, a/h %.3g, %d cells, %s: F/(mu U)", radius * n,
+                               n, place_of(n)),
+                   "2 pi/ln(0.539 L/a), the fiber's radius", exact, -solve_for_force(run, 2.0 / n)[2], 0.02);
     }
 }
 
@@ -98,10 +85,10 @@ TEST(Ring, FiberMidwayBetweenPlates) {
   for (const double k : {0.01, 0.05})
     for (const int n : {16, 17}) {
       CoupledCase run(with_ring(plates(n), 0.5 * k));
-      row("S-H3",
-          log::format("ring and auto, fiber midway between plates, a/h %.3g, %d cells, %s: F/(mu U)", 0.5 * k * n, n,
-                      place_of(n)),
-          "Faxen 1946, the fiber's radius", faxen(k), -solve_for_force(run, 2.0 / n)[0], 0.02);
+      check_number("S-H3",
+                   log::format("ring and auto, fiber midway between plates, a/h %.3g, %d cells, %s: F/(mu U)",
+                               0.5 * k * n, n, place_of(n)),
+                   "Faxen 1946, the fiber's radius", faxen(k), -solve_for_force(run, 2.0 / n)[0], 0.02);
     }
 }
 

@@ -13,6 +13,21 @@ namespace fbi::test {
 inline constexpr double hasimoto = 1.3105329259;  ///< ln(L/a) - 4 pi mu U/F of thin cylinders in a square array
 inline const double tau_of_metric = 1 / std::sqrt(36.0 * 48.0);  ///< tau_M mu/h^2 of a cube in slow steady flow
 
+/// Reports, records (section "Coupling") and checks a number against a reference; `bar` is relative.
+inline void check_number(const char* id, const std::string& check, const char* source, double reference, double ours,
+                         double bar) {
+  report(check, ours);
+  report("relative error", ours / reference - 1);
+  record({.section = "Coupling",
+          .id = id,
+          .check = check,
+          .source = source,
+          .reference = reference,
+          .ours = ours,
+          .bar = log::format("%g %%", 100 * bar)});
+  EXPECT_NEAR(ours, reference, bar * std::abs(reference)) << check;
+}
+
 inline const char* place_of(int n) { return n % 2 == 0 ? "on a line of nodes" : "in the middle of cells"; }
 
 /// Steady Stokes flow in a box of nx x ny x 2 cells of size h; the fixed fiber lies along the whole depth at (x, y).

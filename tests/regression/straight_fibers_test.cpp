@@ -7,18 +7,6 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-void row(const char* id, const std::string& check, const char* source, double reference, double ours, double bar) {
-  report(check, ours);
-  record({.section = "Coupling",
-          .id = id,
-          .check = check,
-          .source = source,
-          .reference = reference,
-          .ours = ours,
-          .bar = log::format("%g %%", 100 * bar)});
-  EXPECT_NEAR(ours, reference, bar * std::abs(reference)) << check;
-}
-
 double duct_drag(int n) {
   CoupledCase run(duct(n));
   return solve_for_force(run, 2.0 / n)[2] * -1.0;
@@ -32,14 +20,16 @@ TEST(Duct, FiberAlongItsAxis) {
       const int n = (level == 0 ? 32 : 64) + odd;
       const double drag = duct_drag(n), radius = n * duct_radius(drag);
       const std::string check = log::format("fiber along a square duct, %d cells, %s: ", n, place_of(n));
-      row("S-H2", check + "F/(mu U)", "the discrete equations, sums of sines", 1 / duct_velocity(n), drag, 1e-4);
-      row("S-H2", check + "F/(mu U)", "2D finite elements, computed independently", known_drag[odd][level], drag, 1e-4);
-      row("S-H2", check + "radius of the mesh a/h", "the same", known_radius[odd], radius, 1e-2);
+      check_number("S-H2", check + "F/(mu U)", "the discrete equations, sums of sines", 1 / duct_velocity(n), drag,
+                   1e-4);
+      check_number("S-H2", check + "F/(mu U)", "2D finite elements, computed independently", known_drag[odd][level],
+                   drag, 1e-4);
+      check_number("S-H2", check + "radius of the mesh a/h", "the same", known_radius[odd], radius, 1e-2);
       if (level == 0)
         calibrated = radius;
       else
-        row("S-H2", check + "F/(mu U) predicted from the radius on half as many", "2 pi/ln(0.539 L/a)",
-            2 * pi / std::log(duct_constant * n / calibrated), drag, 1e-2);
+        check_number("S-H2", check + "F/(mu U) predicted from the radius on half as many", "2 pi/ln(0.539 L/a)",
+                     2 * pi / std::log(duct_constant * n / calibrated), drag, 1e-2);
     }
   }
 }
@@ -52,7 +42,8 @@ double plates_drag(int n) {
 TEST(Plates, FiberMidwayBetweenThem) {
   for (const int n : {24, 25}) {
     const double radius = transverse_radius(n);  // over h, from the square array
-    row("S-H3",
+    check_number(
+        "S-H3",
         log::format("fiber midway between plates, %d cells, %s: F/(mu U) from the radius in the array", n, place_of(n)),
         "Faxen 1946", faxen(2 * radius / n), plates_drag(n), 2e-2);
   }
@@ -80,9 +71,9 @@ TEST(Duct, FallingFiber) {
     const double before = run.tip()[2];
     run.step();
     const double speed = (run.tip()[2] - before) / dt;
-    row("S-H4", log::format("rigid fiber falling along a square duct, %d cells, %s: U mu/W", n, place_of(n)),
-        "ln(0.539 L/a)/(2 pi), a of the fixed fiber", std::log(duct_constant / duct_radius(duct_drag(n))) / (2 * pi),
-        speed / weight, 1e-3);
+    check_number("S-H4", log::format("rigid fiber falling along a square duct, %d cells, %s: U mu/W", n, place_of(n)),
+                 "ln(0.539 L/a)/(2 pi), a of the fixed fiber",
+                 std::log(duct_constant / duct_radius(duct_drag(n))) / (2 * pi), speed / weight, 1e-3);
   }
 }
 
