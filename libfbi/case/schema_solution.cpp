@@ -137,6 +137,10 @@ void describe_solver(Visitor& v, fsi::SolverParameters& p) {
            p.newton_absolute_tolerance, at_least(0.0));
   v.integer(field("newton_iterations", "most nonlinear iterations of a step; steady flow: ten times as many"),
             p.newton_iterations, at_least(1));
+  v.choice<fsi::Precision>(field("precision", "numbers in the iterations of linear solves"), p.precision,
+                           {{fsi::Precision::mixed, "mixed",
+                             "single precision, corrected by residuals in double precision"},
+                            {fsi::Precision::twofold, "double", "double precision"}});
   v.number(field("krylov_tolerance", "residual of a linear solve, relative"), p.krylov_tolerance,
            Range{.min = 0.0, .max = 1.0, .without_min = true});
   v.integer(field("krylov_iterations", "most iterations of a linear solve; ten times as many with reference"),

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/timer.hpp"
 #include "mesh/exchange.hpp"
 
 namespace fbi::coupling {
@@ -19,6 +20,7 @@ struct Entry {
 
 linalg::MultiplierRows complete_rows(const mesh::HexMesh& fluid, const Coupling& coupling,
                                      const std::vector<double>& weight) {
+  Timed timed("complete rows");
   const Comm& comm = fluid.comm;
   const LocalM& m = coupling.local_m();
   // First row of every rank: one number a rank.

@@ -296,28 +296,38 @@ const std::vector<double>& Coupling::d_block(Index fiber) const { return impleme
 const LocalM& Coupling::local_m() const { return implementation_->m; }
 const Coverage& Coupling::coverage() const { return implementation_->coverage; }
 
-void Coupling::interpolate(const double* nodal, int stride, double* out) const {
+template <class T>
+void Coupling::interpolate(const T* nodal, int stride, double* out) const {
   const LocalM& m = implementation_->m;
-  std::vector<double> touched(3 * m.row.size(), 0.0);
-  for (std::size_t i = 0; i < m.row.size(); ++i)
+  std::vector<double> touched(3 * m.row.size());
+  for (std::size_t i = 0; i < m.row.size(); ++i) {
+    T sum[3] = {0, 0, 0};
     for (Index k = m.begin[i]; k < m.begin[i + 1]; ++k) {
-      const double* v = nodal + static_cast<std::size_t>(m.node[k]) * stride;
-      for (int c = 0; c < 3; ++c) touched[3 * i + c] += m.value[k] * v[c];
+      const T* v = nodal + static_cast<std::size_t>(m.node[k]) * stride;
+      for (int c = 0; c < 3; ++c) sum[c] += static_cast<T>(m.value[k]) * v[c];
     }
+    for (int c = 0; c < 3; ++c) touched[3 * i + c] = sum[c];
+  }
   std::fill(out, out + 3 * static_cast<std::size_t>(rows()), 0.0);
   implementation_->rows->add_to_owners(touched.data(), 3, out);
 }
 
-void Coupling::spread(const double* lambda, int stride, double* nodal, double scale) const {
+template <class T>
+void Coupling::spread(const double* lambda, int stride, T* nodal, double scale) const {
   const LocalM& m = implementation_->m;
   std::vector<double> touched(3 * m.row.size(), 0.0);
   implementation_->rows->copy_from_owners(lambda, 3, touched.data());
   for (std::size_t i = 0; i < m.row.size(); ++i)
     for (Index k = m.begin[i]; k < m.begin[i + 1]; ++k) {
-      double* f = nodal + static_cast<std::size_t>(m.node[k]) * stride;
-      for (int c = 0; c < 3; ++c) f[c] += scale * m.value[k] * touched[3 * i + c];
+      T* f = nodal + static_cast<std::size_t>(m.node[k]) * stride;
+      for (int c = 0; c < 3; ++c) f[c] += static_cast<T>(scale * m.value[k] * touched[3 * i + c]);
     }
 }
+
+template void Coupling::interpolate(const double*, int, double*) const;
+template void Coupling::interpolate(const float*, int, double*) const;
+template void Coupling::spread(const double*, int, double*, double) const;
+template void Coupling::spread(const double*, int, float*, double) const;
 
 void Coupling::apply_d(const std::vector<double>& q, double* out) const {
   const mesh::FiberMesh& fibers = implementation_->fibers;

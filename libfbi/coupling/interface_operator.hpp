@@ -65,7 +65,7 @@ class InterfaceOperator {
   std::vector<double> law_, inverse_;  ///< shape=(rows,3,3)
   std::vector<char> active_;
   std::vector<Block> blocks_;
-  std::vector<Eigen::PartialPivLU<Block>> factors_;
+  std::vector<Block> inverses_;  ///< of the blocks: products with them are many, and they are small
   struct Group {
     std::vector<Index> fibers, rows;
     Block block;

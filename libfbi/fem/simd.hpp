@@ -1,5 +1,5 @@
-/// Eight doubles at once: one number for each cell of a batch, and the transposition from and to interleaved nodal
-/// arrays.
+/// One number for each cell of a batch: eight doubles or sixteen floats at once, and the transposition from and to
+/// interleaved nodal arrays.
 #pragma once
 
 #include <cstddef>
@@ -12,40 +12,44 @@ namespace fbi::fem {
 // Vectors wider than the machine's are passed in memory; nothing here crosses a library boundary.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
-/// Cells of one batch.
-inline constexpr int batch_size = 8;
-
-/// A number for each of the eight cells of a batch; arithmetic is lane by lane.
-struct alignas(64) Batch {
-  using Vector = double __attribute__((vector_size(64)));
+/// Numbers for the cells of a batch, 64 bytes of them; arithmetic is lane by lane. T: double (8 cells) or float (16).
+template <class T>
+struct alignas(64) BatchOf {
+  typedef T Vector __attribute__((vector_size(64)));  // NOLINT: an alias cannot carry the attribute in a template
+  static constexpr int lanes = 64 / sizeof(T);
+  using Scalar = T;
   Vector v;
 
-  Batch() = default;
-  Batch(double x) : v(Vector{x, x, x, x, x, x, x, x}) {}  // NOLINT: a number is the same number in every lane
-  explicit Batch(const Vector& x) : v(x) {}
+  BatchOf() = default;
+  BatchOf(T x) : v(x - Vector{}) {}  // NOLINT: a number is the same number in every lane
+  explicit BatchOf(const Vector& x) : v(x) {}
 
-  double operator[](int lane) const { return v[lane]; }
-  void set(int lane, double x) { v[lane] = x; }
+  T operator[](int lane) const { return v[lane]; }
+  void set(int lane, T x) { v[lane] = x; }
 
-  Batch& operator+=(const Batch& b) {
+  BatchOf& operator+=(const BatchOf& b) {
     v += b.v;
     return *this;
   }
-  Batch& operator-=(const Batch& b) {
+  BatchOf& operator-=(const BatchOf& b) {
     v -= b.v;
     return *this;
   }
-  Batch& operator*=(const Batch& b) {
+  BatchOf& operator*=(const BatchOf& b) {
     v *= b.v;
     return *this;
   }
+  friend BatchOf operator+(const BatchOf& a, const BatchOf& b) { return BatchOf(a.v + b.v); }
+  friend BatchOf operator-(const BatchOf& a, const BatchOf& b) { return BatchOf(a.v - b.v); }
+  friend BatchOf operator*(const BatchOf& a, const BatchOf& b) { return BatchOf(a.v * b.v); }
+  friend BatchOf operator/(const BatchOf& a, const BatchOf& b) { return BatchOf(a.v / b.v); }
+  friend BatchOf operator-(const BatchOf& a) { return BatchOf(-a.v); }
 };
 
-inline Batch operator+(const Batch& a, const Batch& b) { return Batch(a.v + b.v); }
-inline Batch operator-(const Batch& a, const Batch& b) { return Batch(a.v - b.v); }
-inline Batch operator*(const Batch& a, const Batch& b) { return Batch(a.v * b.v); }
-inline Batch operator/(const Batch& a, const Batch& b) { return Batch(a.v / b.v); }
-inline Batch operator-(const Batch& a) { return Batch(-a.v); }
+/// A number for each of the eight cells of a batch in double precision.
+using Batch = BatchOf<double>;
+/// Cells of one batch in double precision.
+inline constexpr int batch_size = Batch::lanes;
 
 namespace detail {
 using Four = double __attribute__((vector_size(32)));
@@ -99,6 +103,92 @@ inline void scatter_add_four(const Batch* in, const Index* node, int lanes, doub
     const Four sum = detail::load_four(p) + four[lane];
     std::memcpy(p, &sum, sizeof(Four));
   }
+}
+
+namespace detail {
+using FourFloats = float __attribute__((vector_size(16)));
+using EightFloats = float __attribute__((vector_size(32)));
+using SixteenFloats = BatchOf<float>::Vector;
+
+inline FourFloats load_four(const float* p) {
+  FourFloats x;
+  std::memcpy(&x, p, sizeof(FourFloats));
+  return x;
+}
+}  // namespace detail
+
+/// Sixteen nodes in single precision: q[k] holds those of lanes k, k + 4, k + 8, k + 12, four numbers each.
+struct FourOfSixteen {
+  detail::SixteenFloats q[4];
+
+  /// From or to one vector for each of the four numbers.
+  void to_batches(BatchOf<float>* out) const {
+    const detail::SixteenFloats a = low(q[0], q[2]), b = low(q[1], q[3]), c = high(q[0], q[2]), d = high(q[1], q[3]);
+    out[0].v = low(a, b);
+    out[1].v = high(a, b);
+    out[2].v = low(c, d);
+    out[3].v = high(c, d);
+  }
+  void from_batches(const BatchOf<float>* in) {
+    const detail::SixteenFloats a = low(in[0].v, in[2].v), b = low(in[1].v, in[3].v);
+    const detail::SixteenFloats c = high(in[0].v, in[2].v), d = high(in[1].v, in[3].v);
+    q[0] = low(a, b);
+    q[1] = high(a, b);
+    q[2] = low(c, d);
+    q[3] = high(c, d);
+  }
+
+ private:
+  static detail::SixteenFloats low(const detail::SixteenFloats& a, const detail::SixteenFloats& b) {
+    return __builtin_shufflevector(a, b, 0, 16, 1, 17, 4, 20, 5, 21, 8, 24, 9, 25, 12, 28, 13, 29);
+  }
+  static detail::SixteenFloats high(const detail::SixteenFloats& a, const detail::SixteenFloats& b) {
+    return __builtin_shufflevector(a, b, 2, 18, 3, 19, 6, 22, 7, 23, 10, 26, 11, 27, 14, 30, 15, 31);
+  }
+};
+
+/// Lane of the i-th of sixteen cells: with it four neighboring nodes are one vector of memory (gather_row).
+inline constexpr int lane_of_sixteen(int i) { return 4 * (i % 4) + i / 4; }
+
+/// out[c][lane] = array[4 node[lane] + c] in single precision; node has shape=(16).
+inline void gather_four(const float* array, const Index* node, BatchOf<float>* out) {
+  const auto at = [&](int lane) { return detail::load_four(array + 4 * static_cast<std::ptrdiff_t>(node[lane])); };
+  FourOfSixteen four;
+  for (int k = 0; k < 4; ++k) {
+    const detail::EightFloats low = __builtin_shufflevector(at(k), at(k + 4), 0, 1, 2, 3, 4, 5, 6, 7);
+    const detail::EightFloats high = __builtin_shufflevector(at(k + 8), at(k + 12), 0, 1, 2, 3, 4, 5, 6, 7);
+    four.q[k] = __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+  }
+  four.to_batches(out);
+}
+
+/// array[4 node[lane] + c] += in[c][lane]; lanes from `lanes` on, in the order of lane_of_sixteen, are left out.
+inline void scatter_add_four(const BatchOf<float>* in, const Index* node, int lanes, float* array) {
+  FourOfSixteen packed;
+  packed.from_batches(in);
+  alignas(64) float four[4][16];
+  for (int k = 0; k < 4; ++k) std::memcpy(four[k], &packed.q[k], sizeof(packed.q[k]));
+  for (int i = 0; i < lanes; ++i) {
+    const int lane = lane_of_sixteen(i);
+    float* p = array + 4 * static_cast<std::ptrdiff_t>(node[lane]);
+    const detail::FourFloats sum = detail::load_four(p) + detail::load_four(&four[lane % 4][4 * (lane / 4)]);
+    std::memcpy(p, &sum, sizeof(sum));
+  }
+}
+
+/// The same where the i-th of the sixteen nodes is `first` + i, i-th in the sense of lane_of_sixteen.
+inline void gather_row(const float* array, Index first, BatchOf<float>* out) {
+  FourOfSixteen four;
+  std::memcpy(four.q, array + 4 * static_cast<std::ptrdiff_t>(first), sizeof(four.q));
+  four.to_batches(out);
+}
+inline void scatter_add_row(const BatchOf<float>* in, Index first, float* array) {
+  FourOfSixteen four, sum;
+  four.from_batches(in);
+  float* p = array + 4 * static_cast<std::ptrdiff_t>(first);
+  std::memcpy(sum.q, p, sizeof(sum.q));
+  for (int k = 0; k < 4; ++k) sum.q[k] += four.q[k];
+  std::memcpy(p, sum.q, sizeof(sum.q));
 }
 
 }  // namespace fbi::fem

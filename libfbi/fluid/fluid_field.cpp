@@ -12,6 +12,7 @@
 #include "fluid/ghosted.hpp"
 #include "fluid/node_matrix.hpp"
 #include "fluid/operator.hpp"
+#include "fluid/single_tangent.hpp"
 
 namespace fbi::fluid {
 
@@ -76,6 +77,7 @@ struct FluidField::Implementation {
   std::vector<double> body_force;  // nodal b, empty when zero
   std::vector<double> lumped_volume;
   std::unique_ptr<NodeMatrix> jacobian;
+  std::unique_ptr<SingleTangent> single;
   bool pressure_is_free = false;
   double smallest_cell = 0.0;
   RateFormula formula;
@@ -435,6 +437,16 @@ void FluidField::apply_jacobian(Vec x, Vec y) {
     FBI_PETSC(VecRestoreArrayWrite(y, &out));
   }
   FBI_PETSC(VecRestoreArrayRead(x, &in));
+}
+
+SingleTangent* FluidField::single_tangent() {
+  Implementation& f = *implementation_;
+  if (f.cells.is_extended()) return nullptr;
+  const Timed timed("fluid linearisation");
+  if (!f.single) f.single = std::make_unique<SingleTangent>(f.mesh, f.cells, f.boundaries);
+  LocalArray u(f.linearization);
+  f.single->linearize(u.data(), f.rest.data());
+  return f.single.get();
 }
 
 linalg::MatHandle FluidField::assemble_jacobian() {

@@ -17,6 +17,7 @@
 namespace fbi::fluid {
 
 class Boundaries;
+class SingleTangent;
 
 /// Velocity and pressure on a distributed mesh, four interleaved unknowns (vx, vy, vz, p) per node.
 ///
@@ -79,6 +80,9 @@ class FluidField {
   void linearize();
   /// y = dR/du x for the exact tangent at fixed tau; identity in Dirichlet rows, Dirichlet columns dropped. Collective.
   void apply_jacobian(Vec x, Vec y);
+  /// The same tangent in single precision, taken at the state of the last linearize(); null for equations that it does
+  /// not have (SingleTangent). Every call takes it anew. Collective.
+  SingleTangent* single_tangent();
   /// The same tangent as an AIJ matrix of block size 4 (block structure of the mesh), from the same kernel. Every call
   /// returns the same PETSc matrix with new values (pattern and communication are kept). Collective.
   linalg::MatHandle assemble_jacobian();

@@ -28,15 +28,15 @@ struct KernelConstants {
 };
 
 /// Velocity and pressure at the points, from corner values f[c][corner bits].
-template <bool ViscousResidual>
+template <bool ViscousResidual, class B = Batch>
 struct FieldAtPoints {
-  Batch value[3][8];
-  Batch first[4][3][4];
-  Batch pressure[8];
-  Batch second[3][3][2];
+  B value[3][8];
+  B first[4][3][4];
+  B pressure[8];
+  B second[3][3][2];
 
   /// @param f  corner values, shape=(4,8); overwritten by the modes
-  explicit FieldAtPoints(Batch (*f)[8]) {
+  explicit FieldAtPoints(B (*f)[8]) {
     for (int c = 0; c < 4; ++c) {
       to_modes(f[c]);
       values_at_points(f[c], c < 3 ? value[c] : pressure);
@@ -49,8 +49,8 @@ struct FieldAtPoints {
 
   /// State at point q; `acceleration` is left to the caller.
   template <class At>
-  void at(const At& geometry, int q, PointState<Batch>& s) const {
-    Batch along_z[3];
+  void at(const At& geometry, int q, PointState<B>& s) const {
+    B along_z[3];
     for (int c = 0; c < 4; ++c) {
       for (int d = 0; d < 3; ++d) along_z[d] = first[c][d][line_of_point(d, q)];
       geometry.gradient(along_z, c < 3 ? s.gradient[c] : s.pressure_gradient);
@@ -58,7 +58,7 @@ struct FieldAtPoints {
     for (int i = 0; i < 3; ++i) s.velocity[i] = value[i][q];
     s.pressure = pressure[q];
     if constexpr (ViscousResidual) {
-      Batch mixed[3][3];
+      B mixed[3][3];
       for (int i = 0; i < 3; ++i)
         for (int d = 0; d < 3; ++d) mixed[i][d] = second[i][d][layer_of_point(d, q)];
       geometry.viscous(s.gradient, mixed, s.viscous);
@@ -67,11 +67,12 @@ struct FieldAtPoints {
 };
 
 /// Integrals of a flux against the shape functions, from its values at the points.
-class FluxIntegral {
+template <class B>
+class FluxIntegralOf {
  public:
   template <class At>
-  void set(const At& geometry, int q, const PointFlux<Batch>& flux) {
-    Batch reference[3];
+  void set(const At& geometry, int q, const PointFlux<B>& flux) {
+    B reference[3];
     for (int c = 0; c < 4; ++c) {
       value_[c][q] = geometry.weight() * (c < 3 ? flux.w[c] : flux.q);
       geometry.pull_back(c < 3 ? flux.grad_w[c] : flux.grad_q, reference);
@@ -79,7 +80,7 @@ class FluxIntegral {
     }
   }
   /// @param out  by corner bits, shape=(4,8)
-  void integrate(Batch (*out)[8]) {
+  void integrate(B (*out)[8]) {
     for (int c = 0; c < 4; ++c) {
       moments(value_[c], flux_[c], out[c]);
       from_modes(out[c]);
@@ -87,9 +88,10 @@ class FluxIntegral {
   }
 
  private:
-  Batch value_[4][8];
-  Batch flux_[4][3][8];
+  B value_[4][8];
+  B flux_[4][3][8];
 };
+using FluxIntegral = FluxIntegralOf<Batch>;
 
 template <Equations E>
 inline PointCoefficients<Batch> coefficients(const KernelConstants& constants, const BatchTau& tau) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "fluid/hex8_kernel.hpp"
+#include "fluid/linear_cells.hpp"
 #include "fluid/parameters.hpp"
 #include "fluid/stabilization.hpp"
 #include "mesh/hex_mesh.hpp"
@@ -38,6 +39,12 @@ class Operator {
   void add_residual(const double* u, const double* rest, double* r) const;
   /// y += dR_cells/du (u) x at fixed tau.
   void add_tangent(const double* u, const double* rest, const double* x, double* y) const;
+  /// Some option needs terms that LinearCells does not have.
+  bool is_extended() const { return extended_; }
+  /// Cells and geometry for products in single precision; without a state.
+  LinearCells linear_cells() const;
+  /// The state of the tangent at u with the present tau and step.
+  void linearize(const double* u, const double* rest, LinearCells& linear) const;
   /// Calls visit(cell, m) with the 32 x 32 element tangent of each local cell: m[4 a + i][4 b + j], a, b in hex8 order.
   using ElementMatrix = std::array<std::array<double, 32>, 32>;
   void visit_tangents(const double* u, const double* rest,

@@ -70,6 +70,21 @@ struct PointFlux {
   T grad_q[3];
 };
 
+/// Component i of dv/dt - b + (v.grad) v.
+template <Equations E, class T>
+inline T inertia(const PointState<T>& s, int i) {
+  if constexpr (!E.convection) return s.acceleration[i];
+  return s.acceleration[i] + s.velocity[0] * s.gradient[i][0] + s.velocity[1] * s.gradient[i][1] +
+         s.velocity[2] * s.gradient[i][2];
+}
+
+/// Component i of r_M, from rho times the inertia.
+template <Equations E, class T, class B>
+inline T momentum_residual(const PointState<T>& s, const PointCoefficients<B>& c, const T& scaled_inertia, int i) {
+  if constexpr (E.viscous_residual) return scaled_inertia + s.pressure_gradient[i] - c.viscosity * s.viscous[i];
+  return scaled_inertia + s.pressure_gradient[i];
+}
+
 /// The weak form of SPEC section 1 at one point, left-hand side minus body force:
 ///   w: rho (dv/dt - b + (v.grad) v + s v div v);  grad w: 2 mu eps(v) - p I + tau_C div v I + tau_M rho r_M (x) v;
 ///   q: div v + c (p - Pi p);  grad q: tau_M r_M;  r_M = rho (dv/dt - b + (v.grad) v) + grad p - mu (lap v + grad div
@@ -82,13 +97,8 @@ inline void navier_stokes(const PointState<T>& s, const PointCoefficients<B>& c,
   const T divergence = s.gradient[0][0] + s.gradient[1][1] + s.gradient[2][2];
   T residual[3];
   for (int i = 0; i < 3; ++i) {
-    T inertia = s.acceleration[i];
-    if constexpr (E.convection)
-      inertia = inertia + s.velocity[0] * s.gradient[i][0] + s.velocity[1] * s.gradient[i][1] +
-                s.velocity[2] * s.gradient[i][2];
-    flux.w[i] = c.density * inertia;
-    residual[i] = flux.w[i] + s.pressure_gradient[i];
-    if constexpr (E.viscous_residual) residual[i] = residual[i] - c.viscosity * s.viscous[i];
+    flux.w[i] = c.density * inertia<E>(s, i);
+    residual[i] = momentum_residual<E>(s, c, flux.w[i], i);
     flux.grad_q[i] = c.tau_pressure * residual[i];
     if constexpr (E.extended && E.convection)
       flux.w[i] = flux.w[i] + (c.density * c.divergence_share) * (divergence * s.velocity[i]);
@@ -104,6 +114,52 @@ inline void navier_stokes(const PointState<T>& s, const PointCoefficients<B>& c,
   }
   flux.q = divergence;
   if constexpr (E.extended) flux.q = flux.q + c.projection * s.pressure_fluctuation;
+}
+
+/// Derivative of navier_stokes at fixed tau in the direction (d, 0) of a velocity, for equations without `extended`. The
+/// convecting velocity has the derivative follow d.
+/// @param s         velocity and its gradient where the derivative is taken; the rest is not read
+/// @param residual  r_M there, shape=(3)
+/// @param d         direction; its pressure is not read
+template <Equations E, class B>
+inline void tangent_of_velocity(const PointState<B>& s, const B* residual, const PointState<B>& d, const B& follow,
+                                const PointCoefficients<B>& c, PointFlux<B>& flux) {
+  static_assert(!E.extended);
+  flux.q = d.gradient[0][0] + d.gradient[1][1] + d.gradient[2][2];
+  const B convecting[3] = {follow * d.velocity[0], follow * d.velocity[1], follow * d.velocity[2]};
+  const B isotropic = c.tau_divergence * flux.q;
+  const B streamline = c.density * c.tau_convection;
+  for (int i = 0; i < 3; ++i) {
+    B rate = d.acceleration[i];
+    if constexpr (E.convection)
+      for (int j = 0; j < 3; ++j) rate = rate + s.velocity[j] * d.gradient[i][j] + convecting[j] * s.gradient[i][j];
+    flux.w[i] = c.density * rate;
+    B change = flux.w[i];
+    if constexpr (E.viscous_residual) change = change - c.viscosity * d.viscous[i];
+    flux.grad_q[i] = c.tau_pressure * change;
+    for (int j = 0; j < 3; ++j) flux.grad_w[i][j] = c.viscosity * (d.gradient[i][j] + d.gradient[j][i]);
+    flux.grad_w[i][i] = flux.grad_w[i][i] + isotropic;
+    if constexpr (E.convection) {
+      const B scaled = streamline * change, kept = streamline * residual[i];
+      for (int j = 0; j < 3; ++j)
+        flux.grad_w[i][j] = flux.grad_w[i][j] + scaled * s.velocity[j] + kept * convecting[j];
+    }
+  }
+}
+
+/// The same in the direction (0, d) of a pressure: flux.w and flux.q are zero and not set.
+/// @param velocity  v, shape=(3)
+template <Equations E, class B>
+inline void tangent_of_pressure(const B* velocity, const B& d, const B* gradient, const PointCoefficients<B>& c,
+                                PointFlux<B>& flux) {
+  static_assert(!E.extended);
+  const B streamline = c.density * c.tau_convection;
+  for (int i = 0; i < 3; ++i) {
+    flux.grad_q[i] = c.tau_pressure * gradient[i];
+    const B scaled = streamline * gradient[i];
+    for (int j = 0; j < 3; ++j) flux.grad_w[i][j] = E.convection ? scaled * velocity[j] : B(0.0);
+    flux.grad_w[i][i] = flux.grad_w[i][i] - d;
+  }
 }
 
 inline double negative_part(double x) { return x < 0 ? x : 0.0; }

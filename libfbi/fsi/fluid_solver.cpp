@@ -1,5 +1,6 @@
 #include "fsi/fluid_solver.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/timer.hpp"
@@ -15,6 +16,12 @@ using linalg::Write;
 namespace {
 
 constexpr double robin = 3.0;               // Robin coefficient of the pressure operator at open faces, times 1/h
+constexpr int single_restart = 40;
+constexpr double tired_effort = 1.5;     // iterations with a factor that lags, against those when it was new
+constexpr int tired_iterations = 40;     // of one solve, then it is renewed
+constexpr double single_digits = 1e-5;   // a solve in single precision goes no further
+constexpr double trusted_digits = 1e-4;  // to which its own estimate of the residual is trusted
+constexpr double refined_enough = 0.1;   // factor by which a round of refinement must reduce the residual
 constexpr GlobalIndex direct_below = 3000;  // unknowns; below, factorising beats iterating
 constexpr GlobalIndex steady_direct_below = 150000;  // the factors of a cube of cells take some 5 GiB then
 
@@ -47,7 +54,7 @@ FluidSolver::FluidSolver(fluid::FluidField& fluid, const coupling::Coupling* cou
   FBI_PETSC(VecDuplicate(pressure_right_, pressure_solution_.out()));
   krylov_ = std::make_unique<linalg::Krylov>(
       comm_, ghosted_, [this](Vec x, Vec y) { apply_operator(x, y); },
-      [this](Vec r, Vec x) { apply_preconditioner(r, x); }, parameters_.krylov_iterations);
+      [this](Vec r, Vec x) { apply_preconditioner(r, x); });
 }
 
 FluidSolver::~FluidSolver() = default;
@@ -296,14 +303,20 @@ void FluidSolver::renew_projected_pressure() {
 }
 
 bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed) {
-  const mesh::HexMesh& mesh = fluid_.mesh();
-  const bool first = weight_->values().empty();
   weight_->renew();
   if (coupling_ == nullptr || coupling_->global_rows() == 0) return true;
-  // The factor may lag behind the weight: fixed fibers keep theirs, which is what makes them cheap.
-  if (!first && !geometry_changed && !interface_changed) return true;
+  // The factor belongs to M: fixed fibers keep theirs for good. It may lag behind S and W, which change less in a step
+  // than M does in a few.
+  const bool renew = geometry_changed || age_.rows != coupling_->rows() || age_.sigma != fluid_.sigma() ||
+                     age_.effort > tired_effort * age_.fresh_effort;
+  age_.exact = age_.exact && !interface_changed;
+  if (!comm_.any(renew)) return true;
+  return renew_factor();
+}
+
+bool FluidSolver::renew_factor() {
   Timed timed("multiplier factor");
-  const linalg::MultiplierRows rows = coupling::complete_rows(mesh, *coupling_, weight_->values());
+  const linalg::MultiplierRows rows = coupling::complete_rows(fluid_.mesh(), *coupling_, weight_->values());
   std::vector<linalg::InterfaceBlock> blocks;
   for (Index f = 0; f < interface_->fibers(); ++f) {
     if (interface_->is_joined(f)) continue;
@@ -315,6 +328,7 @@ bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed) 
     if (interface_->joined_block(g).size() > 0)
       blocks.push_back({0, static_cast<Index>(interface_->joined_rows(g).size()), interface_->joined_block(g).data(),
                         nullptr, interface_->joined_rows(g).data()});
+  age_ = {coupling_->rows(), fluid_.sigma(), true, 0.0, 0.0};
   return !comm_.any(!factor_.factorize(rows, blocks));
 }
 
@@ -322,7 +336,69 @@ bool FluidSolver::prepare(bool geometry_changed, bool interface_changed) {
   if (direct_ != nullptr) return direct_->factorize();
   if (reference_ != nullptr) return reference_->prepare(geometry_changed, continuity_scale());
   renew_pressure();
-  return renew_velocity(geometry_changed, interface_changed);
+  if (!renew_velocity(geometry_changed, interface_changed)) return false;
+  if (parameters_.precision == Precision::twofold) return true;
+  fluid::SingleTangent* tangent = fluid_.single_tangent();
+  if (tangent == nullptr) return true;
+  if (single_ == nullptr)
+    single_ = std::make_unique<SingleSolver>(fluid_, *tangent, coupling_, interface_, single_restart);
+  single_->prepare({pressure_.get(), pressure_scale_, fluid_.parameters().viscosity, continuity_scale(),
+                    &weight_->values(), &factor_});
+  return true;
+}
+
+linalg::KrylovResult FluidSolver::solve_single(Vec b, Vec x, double tolerance, int maximum) {
+  const std::size_t size = 4 * static_cast<std::size_t>(fluid_.mesh().owned_nodes);
+  const std::vector<char>& dirichlet = fluid_.is_dirichlet();
+  single_right_.resize(size);
+  single_solution_.resize(size);
+  linalg::KrylovResult result;
+  double norm = 0.0;
+  FBI_PETSC(VecNorm(b, NORM_2, &norm));
+  FBI_PETSC(VecSet(x, 0.0));
+  if (!(norm > 0.0) || !std::isfinite(norm)) {
+    result.converged = norm == 0.0;
+    result.relative_residual = norm;
+    return result;
+  }
+  double residual = norm;
+  FBI_PETSC(VecCopy(b, work_));
+  for (int round = 0;; ++round) {
+    {
+      Write right(work_);
+      fluid_.remove_normal(right.get(), fluid_.mesh().owned_nodes);
+      for (std::size_t k = 0; k < size; ++k)
+        single_right_[k] = dirichlet[k] != 0 ? 0.0f : static_cast<float>(right.get()[k] / residual);
+    }
+    const double wanted = std::max(tolerance * norm / residual, single_digits);
+    const linalg::KrylovResult part = single_->solve(single_right_.data(), single_solution_.data(), wanted, maximum - result.iterations);
+    result.iterations += part.iterations;
+    if (!std::isfinite(part.relative_residual)) return result;
+    {
+      Write to(x);
+      for (std::size_t k = 0; k < size; ++k) to.get()[k] += residual * single_solution_[k];
+      if (round == 0) {
+        Read given(b);
+        for (std::size_t k = 0; k < size; ++k)
+          if (dirichlet[k] != 0) to.get()[k] = given.get()[k];
+        fluid_.set_normal(given.get(), to.get(), fluid_.mesh().owned_nodes);
+      }
+    }
+    // The iteration around this solve evaluates its residual in double precision: no need to do it here as well.
+    if (round == 0 && part.converged && tolerance >= trusted_digits) {
+      result.relative_residual = part.relative_residual;
+      result.converged = true;
+      return result;
+    }
+    apply_operator(x, work_);
+    FBI_PETSC(VecAYPX(work_, -1.0, b));
+    const double before = residual;
+    FBI_PETSC(VecNorm(work_, NORM_2, &residual));
+    result.relative_residual = residual / norm;
+    result.converged = residual <= tolerance * norm;
+    if (result.converged || !(residual < refined_enough * before) || result.iterations >= maximum)
+      return result;
+  }
 }
 
 linalg::KrylovResult FluidSolver::solve(Vec b, Vec x, double tolerance) {
@@ -341,9 +417,38 @@ linalg::KrylovResult FluidSolver::solve(Vec b, Vec x, double tolerance) {
     const double scale = continuity_scale();
     for (Index a = 0; a < mesh.owned_nodes; ++a) values.get()[4 * static_cast<std::size_t>(a) + 3] *= scale;
   }
-  const linalg::KrylovResult result =
-      reference_ != nullptr ? reference_->solve(scaled_, x, tolerance) : krylov_->solve(scaled_, x, tolerance);
+  linalg::KrylovResult result;
+  if (reference_ != nullptr) {
+    result = reference_->solve(scaled_, x, tolerance);
+  } else {
+    const bool lags = coupling_ != nullptr && coupling_->global_rows() > 0 && !age_.exact;
+    const int expected = static_cast<int>(2.0 * age_.fresh_effort * -std::log10(std::min(tolerance, 1.0)));
+    const int enough = lags ? std::min(parameters_.krylov_iterations, std::max(tired_iterations, expected))
+                            : parameters_.krylov_iterations;
+    result = iterate(x, tolerance, enough);
+    if (!result.converged && lags && renew_factor()) {
+      const int before = result.iterations;
+      result = iterate(x, tolerance, parameters_.krylov_iterations);
+      result.iterations += before;
+    }
+  }
   remove_mean_pressure(x);
+  return result;
+}
+
+/// x = solution for scaled_, by the mixed or the double precision iteration. Collective.
+linalg::KrylovResult FluidSolver::iterate(Vec x, double tolerance, int maximum) {
+  linalg::KrylovResult result;
+  if (single_ != nullptr) result = solve_single(scaled_, x, tolerance, maximum);
+  if (!result.converged && result.iterations < maximum) {
+    const int before = result.iterations;
+    result = krylov_->solve(scaled_, x, tolerance, maximum - before);
+    result.iterations += before;
+  }
+  if (result.relative_residual > 0.0 && result.relative_residual < 1.0) {
+    age_.effort = result.iterations / -std::log10(result.relative_residual);
+    if (age_.exact && age_.fresh_effort == 0.0) age_.fresh_effort = age_.effort;
+  }
   return result;
 }
 

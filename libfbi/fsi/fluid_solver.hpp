@@ -11,6 +11,7 @@
 #include "fsi/assembled_system.hpp"
 #include "fsi/extended_system.hpp"
 #include "fsi/parameters.hpp"
+#include "fsi/single_solver.hpp"
 #include "fsi/velocity_weight.hpp"
 #include "linalg/krylov.hpp"
 #include "linalg/multiplier_factor.hpp"
@@ -30,6 +31,10 @@ void interpolate(const coupling::Coupling& coupling, Vec u, std::vector<double>&
 /// cycle elsewhere; mu times the inverse lumped mass is added to it. With the pressure projection its action on smooth
 /// pressures, a Laplacian with coefficient c h^2/12, is part of the pressure operator. The continuity rows are scaled
 /// by rho sigma h, which gives all rows the unit of a force.
+///
+/// Iterations run in single precision (SingleSolver) where the equations allow it; what is asked for beyond its digits
+/// comes by refinement: residuals in double, corrections in single precision. Where that does not get on, and with
+/// `precision: "double"`, the double precision iteration described above takes over.
 ///
 /// Direct (few unknowns, or on request): the system with the multipliers as extra unknowns, factorised.
 ///
@@ -69,6 +74,8 @@ class FluidSolver {
   void renew_projected_pressure();
   std::array<std::array<double, 2>, 3> robin_ends(double coefficient) const;
   bool renew_velocity(bool geometry_changed, bool interface_changed);
+  bool renew_factor();
+  linalg::KrylovResult iterate(Vec x, double tolerance, int maximum);
   void remove_mean_pressure(Vec x) const;
 
   fluid::FluidField& fluid_;
@@ -77,6 +84,8 @@ class FluidSolver {
   SolverParameters parameters_;
   Comm comm_;
 
+  linalg::KrylovResult solve_single(Vec b, Vec x, double tolerance, int maximum);
+
   // Iterative.
   std::unique_ptr<linalg::Krylov> krylov_;
   std::unique_ptr<linalg::PressureSolver> pressure_;
@@ -84,8 +93,18 @@ class FluidSolver {
   double projection_ = 0.0;         // coefficient of the pressure projection in the operator, 0 with PSPG
   double projected_inertia_ = 0.0;  // 1/(rho sigma) there
   double steady_scale_ = 1.0;
+  std::unique_ptr<SingleSolver> single_;
+  std::vector<float> single_right_, single_solution_;
   std::unique_ptr<VelocityWeight> weight_;
   linalg::MultiplierFactor factor_;
+  /// How the factor of the multipliers ages: it is kept while S and W change and iterations stay few.
+  struct FactorAge {
+    Index rows = -1;            // of this rank when it was made
+    double sigma = 0.0;         // then
+    bool exact = false;         // made for the present M and S
+    double fresh_effort = 0.0;  // iterations a decade of the first solve after
+    double effort = 0.0;        // of the last solve
+  } age_;
   linalg::VecHandle ghosted_, work_, work2_, scaled_;
   linalg::VecHandle pressure_right_, pressure_solution_;
   mutable std::vector<double> rows_;  // shape=(rows,3)

@@ -82,7 +82,9 @@ StepReport solve_monolithic(System& system) {
     }
     const bool last = linearized && iteration == 1;  // the one linear solve was about the positions of the predictor
     if (iterated && !last && system.update_geometry(system.beams().dofs())) geometry_changed = true;
-    if (coupled && !last) {
+    // What the fibers do to S and g is needed for another linear solve only, unless the constraint is looked at.
+    const bool early = iteration == 0 || iterated;
+    if (coupled && !last && early) {
       if (!condense(system, g)) break;
       // Bases whose rows follow the segments have other rows in other positions.
       if (iteration == 0 || (iterated && !system.coupling().has_fixed_rows())) multipliers(system, g, lambda);
@@ -129,11 +131,14 @@ StepReport solve_monolithic(System& system) {
     }
     if (iteration == parameters.newton_iterations) break;
 
+    if (coupled && !early && !condense(system, g)) break;
     // Newton step of the condensed system: its residual has lambda = S^-1 (M u - g) at this linearisation.
     if (coupled && iteration > 0) {
-      std::vector<double> eliminated;
-      multipliers(system, g, eliminated);
-      system.fluid_residual(eliminated, residual);
+      std::vector<double> change;
+      multipliers(system, g, change);
+      for (std::size_t k = 0; k < change.size(); ++k) change[k] -= lambda[k];
+      system.solver().add_spread(change, residual);
+      system.solver().project_residual(residual);
     }
     fluid.linearize();
     if (!system.solver().prepare(geometry_changed || iteration == 0, moving || iteration == 0)) break;

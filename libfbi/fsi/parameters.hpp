@@ -37,6 +37,11 @@ enum class LinearSolver {
   iterative,
   reference  ///< assembled matrix, GMRES with ILU: to compare with
 };
+/// Numbers in the iterations of linear solves; residuals of the equations are always in double precision.
+enum class Precision {
+  mixed,   ///< single precision, refined where more is asked for
+  twofold  ///< double precision
+};
 enum class CouplingWeight {
   theta,              ///< w = theta of the fluid: fluid and fiber receive the same impulse
   one_minus_alpha_f,  ///< the paper's choice
@@ -68,6 +73,7 @@ struct SolverParameters {
   double newton_absolute_tolerance = 1e-12;  ///< absolute, rms per unknown
   Index newton_iterations = 15;              ///< steady flow: ten times as many
   double krylov_tolerance = 1e-4;            ///< relative, per linear solve
+  Precision precision = Precision::mixed;
   Index krylov_iterations = 200;             ///< per linear solve; ten times as many for reference
   Index ilu_level = 0;                       ///< reference: levels of fill
   Index gmres_restart = 100;                 ///< reference: directions kept

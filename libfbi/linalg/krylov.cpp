@@ -21,8 +21,8 @@ PetscErrorCode precondition(PC pc, Vec x, Vec y) {
 
 }  // namespace
 
-Krylov::Krylov(const Comm& comm, Vec layout, VectorMap matrix, VectorMap preconditioner, int maximum)
-    : matrix_(std::move(matrix)), preconditioner_(std::move(preconditioner)), maximum_(maximum) {
+Krylov::Krylov(const Comm& comm, Vec layout, VectorMap matrix, VectorMap preconditioner)
+    : matrix_(std::move(matrix)), preconditioner_(std::move(preconditioner)) {
   PetscInt local = 0, global = 0;
   FBI_PETSC(VecGetLocalSize(layout, &local));
   FBI_PETSC(VecGetSize(layout, &global));
@@ -42,8 +42,8 @@ Krylov::Krylov(const Comm& comm, Vec layout, VectorMap matrix, VectorMap precond
 
 Krylov::~Krylov() = default;
 
-KrylovResult Krylov::solve(Vec b, Vec x, double tolerance) {
-  FBI_PETSC(KSPSetTolerances(ksp_, tolerance, PETSC_DEFAULT, 1e10, maximum_));
+KrylovResult Krylov::solve(Vec b, Vec x, double tolerance, int maximum) {
+  FBI_PETSC(KSPSetTolerances(ksp_, tolerance, PETSC_DEFAULT, 1e10, maximum));
   return solve_from_zero(ksp_, b, x);
 }
 

@@ -25,20 +25,20 @@ KrylovResult solve_from_zero(KSP solver, Vec b, Vec x);
 /// Right-preconditioned flexible GMRES.
 class Krylov {
  public:
-  /// `layout` fixes the distribution of vectors. `maximum` bounds the iterations of one solve. Collective.
-  Krylov(const Comm& comm, Vec layout, VectorMap matrix, VectorMap preconditioner, int maximum);
+  /// `layout` fixes the distribution of vectors. Collective.
+  Krylov(const Comm& comm, Vec layout, VectorMap matrix, VectorMap preconditioner);
   ~Krylov();
   Krylov(const Krylov&) = delete;
   Krylov& operator=(const Krylov&) = delete;
 
-  /// Solves A x = b from x = 0 until |b - A x| <= tolerance |b|. The same on every rank. Collective.
-  KrylovResult solve(Vec b, Vec x, double tolerance);
+  /// Solves A x = b from x = 0 until |b - A x| <= tolerance |b|, in at most `maximum` iterations. The same on every
+  /// rank. Collective.
+  KrylovResult solve(Vec b, Vec x, double tolerance, int maximum);
 
  private:
   VectorMap matrix_, preconditioner_;
   MatHandle shell_;
   KspHandle ksp_;
-  int maximum_;
 };
 
 }  // namespace fbi::linalg

@@ -6,6 +6,8 @@
 #include <Eigen/SparseCore>
 #include <cmath>
 
+#include "base/timer.hpp"
+
 namespace fbi::linalg {
 namespace {
 
@@ -91,9 +93,9 @@ struct MultiplierFactor::Implementation {
     view.dtype = CHOLMOD_DOUBLE;
     view.sorted = 1;
     view.packed = 1;
-    factor = cholmod_analyze(&view, &common);
+    { Timed timed("analyze T"); factor = cholmod_analyze(&view, &common); }
     if (factor == nullptr) return false;
-    cholmod_factorize(&view, factor, &common);
+    { Timed timed("factorize T"); cholmod_factorize(&view, factor, &common); }
     if (common.status == CHOLMOD_OK && factor->minor == factor->n) return true;
     cholmod_free_factor(&factor, &common);
     factor = nullptr;
@@ -120,7 +122,7 @@ bool MultiplierFactor::factorize(const MultiplierRows& m, const std::vector<Inte
   self.clear();
   self.size = 3 * m.rows();
   if (self.size == 0) return true;
-  self.t = assemble(m, s);
+  { Timed timed("assemble T"); self.t = assemble(m, s); }
   for (Index k = 0; k < self.t.nonZeros(); ++k)
     if (!std::isfinite(self.t.valuePtr()[k])) return false;
   return self.cholesky() || self.lu();

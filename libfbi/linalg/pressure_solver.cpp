@@ -1,6 +1,20 @@
 #include "linalg/pressure_solver.hpp"
 
+#include <algorithm>
+#include <tuple>
+
+#include "linalg/vector_access.hpp"
+
 namespace fbi::linalg {
+
+void PressureSolver::apply(const float* b, float* x) {
+  if (!wide_right_) std::tie(wide_right_, wide_solution_) = create_vectors();
+  PetscInt size = 0;
+  FBI_PETSC(VecGetLocalSize(wide_right_, &size));
+  std::copy_n(b, size, Write(wide_right_).get());
+  apply(wide_right_.get(), wide_solution_.get());
+  std::copy_n(Read(wide_solution_).get(), size, x);
+}
 
 MultigridPressure::MultigridPressure(const Comm& comm, MatHandle matrix, bool singular) : matrix_(std::move(matrix)) {
   FBI_PETSC(KSPCreate(comm.get(), ksp_.out()));
@@ -25,6 +39,12 @@ MultigridPressure::MultigridPressure(const Comm& comm, MatHandle matrix, bool si
   FBI_PETSC(KSPSetOptionsPrefix(ksp_, "fbi_pressure_"));
   FBI_PETSC(KSPSetFromOptions(ksp_));
   FBI_PETSC(KSPSetUp(ksp_));
+}
+
+std::pair<VecHandle, VecHandle> MultigridPressure::create_vectors() const {
+  std::pair<VecHandle, VecHandle> vectors;
+  FBI_PETSC(MatCreateVecs(matrix_, vectors.second.out(), vectors.first.out()));
+  return vectors;
 }
 
 void MultigridPressure::apply(Vec b, Vec x) { FBI_PETSC(KSPSolve(ksp_, b, x)); }

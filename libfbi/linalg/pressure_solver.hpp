@@ -1,6 +1,8 @@
 /// Approximate inverses of the pressure operator, for preconditioning.
 #pragma once
 
+#include <utility>
+
 #include "base/comm.hpp"
 #include "linalg/petsc.hpp"
 
@@ -12,6 +14,15 @@ class PressureSolver {
   virtual ~PressureSolver() = default;
   /// Collective.
   virtual void apply(Vec b, Vec x) = 0;
+  /// The same in single precision, shape=(owned nodes). Collective.
+  virtual void apply(const float* b, float* x);
+
+ protected:
+  /// Vectors of the operator, for the conversion from single precision. Collective.
+  virtual std::pair<VecHandle, VecHandle> create_vectors() const = 0;
+
+ private:
+  VecHandle wide_right_, wide_solution_;
 };
 
 /// hypre BoomerAMG on any matrix; one V-cycle an application.
@@ -19,7 +30,11 @@ class MultigridPressure : public PressureSolver {
  public:
   /// `singular`: the constant is in the kernel; it is projected out of right-hand side and solution. Collective.
   MultigridPressure(const Comm& comm, MatHandle matrix, bool singular);
+  using PressureSolver::apply;
   void apply(Vec b, Vec x) override;
+
+ protected:
+  std::pair<VecHandle, VecHandle> create_vectors() const override;
 
  private:
   MatHandle matrix_;

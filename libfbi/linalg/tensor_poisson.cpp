@@ -62,6 +62,13 @@ bool TensorPoisson::supports(const mesh::HexMesh& mesh) {
   return !mesh.comm.any(mesh.comm.sum_before(planes) != begin[axis]);
 }
 
+std::pair<VecHandle, VecHandle> TensorPoisson::create_vectors() const {
+  std::pair<VecHandle, VecHandle> vectors;
+  FBI_PETSC(VecCreateMPI(comm_.get(), static_cast<PetscInt>(position_.size()), PETSC_DETERMINE, vectors.first.out()));
+  FBI_PETSC(VecDuplicate(vectors.first, vectors.second.out()));
+  return vectors;
+}
+
 TensorPoisson::Line TensorPoisson::make_line(const std::vector<double>& coordinates, const std::array<double, 2>& robin,
                                              const std::vector<double>& factor) {
   const std::size_t n = coordinates.size();

@@ -31,7 +31,11 @@ class TensorPoisson : public PressureSolver {
   static bool supports(const mesh::HexMesh& mesh);
 
   /// x = L^-1 b; vectors hold one number per owned node. Collective.
+  using PressureSolver::apply;
   void apply(Vec b, Vec x) override;
+
+ protected:
+  std::pair<VecHandle, VecHandle> create_vectors() const override;
 
  private:
   struct Line {  // one direction: tridiagonal stiffness and mass

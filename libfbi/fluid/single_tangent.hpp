@@ -1,0 +1,55 @@
+/// The tangent of the fluid in single precision, for the many products of one linear solve.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <vector>
+
+#include "fluid/boundary_conditions.hpp"
+#include "fluid/halo.hpp"
+#include "fluid/linear_cells.hpp"
+#include "fluid/operator.hpp"
+
+namespace fbi::fluid {
+
+/// Products with the tangent of FluidField, restricted to free unknowns: entries of x in Dirichlet unknowns and along
+/// the normals of slip walls are taken for zero, those of the result are zero. Sixteen cells at once, with velocity
+/// modes and momentum residual at the points kept from the linearisation (192 bytes a cell). Arrays hold all local
+/// nodes, shape=(nodes,4).
+///
+/// Not for equations with `extended` terms: see Operator::is_extended.
+class SingleTangent {
+ public:
+  /// Everything passed must outlive this object. Collective.
+  SingleTangent(const mesh::HexMesh& mesh, const Operator& cells, const Boundaries& boundaries);
+
+  /// Takes the tangent at u (nodal values, ghosts up to date) with the tau and the step of `cells`.
+  void linearize(const double* u, const double* rest);
+
+  const Halo& halo() const { return halo_; }
+  /// Takes the parts along the normals of slip walls out of the first `nodes` nodes.
+  void remove_normal(float* values, Index nodes) const;
+
+  /// y = velocity columns times x, plus what `add` adds to local nodes, complete on owned nodes; x has its ghosts and
+  /// zeros where it is not free, its pressures are not read. Collective.
+  void apply_to_velocity(const float* x, float* y, const std::function<void(float*)>& add) const;
+  /// y = pressure columns times the fourth entries of x; otherwise the same. Collective.
+  void apply_to_pressure(const float* x, float* y) const;
+
+ private:
+  struct FaceTangent {
+    std::array<Index, 4> node;
+    std::array<std::array<float, 12>, 12> matrix;
+  };
+  void finish(float* y) const;
+
+  const mesh::HexMesh& mesh_;
+  const Operator& cells_;
+  const Boundaries& boundaries_;
+  Halo halo_;
+  LinearCells linear_;
+  std::vector<FaceTangent> faces_;
+  std::vector<std::size_t> fixed_;  ///< owned Dirichlet unknowns
+};
+
+}  // namespace fbi::fluid

@@ -1,0 +1,64 @@
+/// Linear solves of the fluid with the multiplier term in single precision.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "coupling/coupling.hpp"
+#include "coupling/interface_operator.hpp"
+#include "fluid/fluid_field.hpp"
+#include "fluid/single_tangent.hpp"
+#include "linalg/multiplier_factor.hpp"
+#include "linalg/pressure_solver.hpp"
+#include "linalg/single_gmres.hpp"
+
+namespace fbi::fsi {
+
+/// What the preconditioner is made of; all of it belongs to FluidSolver.
+struct SinglePreconditioner {
+  linalg::PressureSolver* pressure = nullptr;
+  double pressure_scale = 1.0;  ///< p = pressure_scale P^-1 r_p + mass_scale r_p/V_a
+  double mass_scale = 0.0;
+  double continuity_scale = 1.0;                ///< of the continuity rows
+  const std::vector<double>* weight = nullptr;  ///< W, shape=(local nodes,3)
+  const linalg::MultiplierFactor* factor = nullptr;
+};
+
+/// FGMRES on (A_FF + M^T S^-1 M) x = b with the block-triangular preconditioner
+///   p = P^-1 r_p,  u = (W^-1 + M^T S^-1 M)^-1 (r_u - G p),
+/// everything in floats but the multipliers. G p is a part of both the preconditioner and the product, so that an
+/// iteration costs one pass over the velocity columns and one over the (cheap) pressure columns.
+///
+/// Rows and columns of unknowns that are not free are left out: b is zero there, and so is x.
+class SingleSolver {
+ public:
+  /// `coupling` and `interface` are null without fibers. Collective.
+  SingleSolver(fluid::FluidField& fluid, fluid::SingleTangent& tangent, const coupling::Coupling* coupling,
+               const coupling::InterfaceOperator* interface, int restart);
+
+  /// The weights of the next solves. The tangent is that of the object given above.
+  void prepare(const SinglePreconditioner& preconditioner);
+  /// b: shape=(owned nodes,4) in scaled continuity rows, overwritten. x likewise. Collective.
+  linalg::KrylovResult solve(float* b, float* x, double tolerance, int maximum);
+
+ private:
+  void step(const float* v, float* z, float* w);
+  void velocity_block(const float* v);
+  bool has_multipliers() const { return coupling_ != nullptr && coupling_->global_rows() > 0; }
+
+  fluid::FluidField& fluid_;
+  fluid::SingleTangent& tangent_;
+  const coupling::Coupling* coupling_;
+  const coupling::InterfaceOperator* interface_;
+  SinglePreconditioner parts_;
+  std::size_t owned_, nodes_;  ///< nodes: owned, local
+  std::vector<float> weight_;  ///< W for the four unknowns of a node, 0 for the pressure, shape=(nodes,4)
+  std::vector<float> mass_;    ///< mass_scale/V_a, shape=(owned nodes)
+  std::vector<float> velocity_, pressure_, product_, gradient_;  ///< shape=(nodes,4)
+  std::vector<float> force_;             ///< M^T of multipliers, zero between uses, shape=(nodes,4)
+  std::vector<float> right_, solution_;  ///< of the pressure, shape=(owned nodes)
+  std::vector<double> rows_;             ///< shape=(rows,3)
+  linalg::SingleGmres krylov_;
+};
+
+}  // namespace fbi::fsi

@@ -1,0 +1,45 @@
+/// Flexible GMRES in single precision, for linear solves that a double precision iteration around them corrects.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "base/comm.hpp"
+#include "linalg/krylov.hpp"
+
+namespace fbi::linalg {
+
+/// Right-preconditioned flexible GMRES (Saad 1993) whose vectors are floats; sums are collected in double. PETSc has
+/// one number type in a program, hence a method of our own. Memory: two vectors for each iteration, kept between
+/// solves.
+class SingleGmres {
+ public:
+  /// z = P^-1 v and w = A z in one call: preconditioners that split A know parts of w already. Collective.
+  using Step = std::function<void(const float* v, float* z, float* w)>;
+
+  /// @param size     numbers of a vector on this rank
+  /// @param restart  iterations after which the space starts anew
+  SingleGmres(const Comm& comm, std::size_t size, Step step, int restart);
+
+  /// Solves A x = b from x = 0 until |b - A x| <= tolerance |b| by the recursion's estimate; b is scaled first, so that
+  /// no number leaves the range of a float. A b that is zero gives x = 0; numbers that are not finite end the iteration
+  /// unconverged, the same on every rank. At most `maximum` iterations. Collective.
+  /// @param b  shape=(size), overwritten
+  /// @param x  shape=(size)
+  KrylovResult solve(float* b, float* x, double tolerance, int maximum);
+
+ private:
+  double norm(const float* v) const;
+  /// h_j = v_j . w for the first `count` basis vectors, one reduction. Collective.
+  void project(const float* w, int count, double* h) const;
+  /// w -= sum_j h_j v_j; returns |w|. Collective.
+  double remove(float* w, int count, const double* h) const;
+
+  Comm comm_;
+  std::size_t size_;
+  Step step_;
+  int restart_;
+  std::vector<std::vector<float>> basis_, directions_;
+};
+
+}  // namespace fbi::linalg
