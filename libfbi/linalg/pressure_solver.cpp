@@ -1,20 +1,10 @@
 #include "linalg/pressure_solver.hpp"
 
 #include <algorithm>
-#include <tuple>
 
 #include "linalg/vector_access.hpp"
 
 namespace fbi::linalg {
-
-void PressureSolver::apply(const float* b, float* x) {
-  if (!wide_right_) std::tie(wide_right_, wide_solution_) = create_vectors();
-  PetscInt size = 0;
-  FBI_PETSC(VecGetLocalSize(wide_right_, &size));
-  std::copy_n(b, size, Write(wide_right_).get());
-  apply(wide_right_.get(), wide_solution_.get());
-  std::copy_n(Read(wide_solution_).get(), size, x);
-}
 
 MultigridPressure::MultigridPressure(const Comm& comm, MatHandle matrix, bool singular) : matrix_(std::move(matrix)) {
   FBI_PETSC(KSPCreate(comm.get(), ksp_.out()));
@@ -41,12 +31,15 @@ MultigridPressure::MultigridPressure(const Comm& comm, MatHandle matrix, bool si
   FBI_PETSC(KSPSetUp(ksp_));
 }
 
-std::pair<VecHandle, VecHandle> MultigridPressure::create_vectors() const {
-  std::pair<VecHandle, VecHandle> vectors;
-  FBI_PETSC(MatCreateVecs(matrix_, vectors.second.out(), vectors.first.out()));
-  return vectors;
-}
-
 void MultigridPressure::apply(Vec b, Vec x) { FBI_PETSC(KSPSolve(ksp_, b, x)); }
+
+void MultigridPressure::apply(const float* b, float* x) {
+  if (!right_) FBI_PETSC(MatCreateVecs(matrix_, solution_.out(), right_.out()));
+  PetscInt size = 0;
+  FBI_PETSC(VecGetLocalSize(right_, &size));
+  std::copy_n(b, size, Write(right_).get());
+  apply(right_.get(), solution_.get());
+  std::copy_n(Read(solution_).get(), size, x);
+}
 
 }  // namespace fbi::linalg

@@ -1,8 +1,6 @@
 /// Approximate inverses of the pressure operator, for preconditioning.
 #pragma once
 
-#include <utility>
-
 #include "base/comm.hpp"
 #include "linalg/petsc.hpp"
 
@@ -15,14 +13,7 @@ class PressureSolver {
   /// Collective.
   virtual void apply(Vec b, Vec x) = 0;
   /// The same in single precision, shape=(owned nodes). Collective.
-  virtual void apply(const float* b, float* x);
-
- protected:
-  /// Vectors of the operator, for the conversion from single precision. Collective.
-  virtual std::pair<VecHandle, VecHandle> create_vectors() const = 0;
-
- private:
-  VecHandle wide_right_, wide_solution_;
+  virtual void apply(const float* b, float* x) = 0;
 };
 
 /// hypre BoomerAMG on any matrix; one V-cycle an application.
@@ -30,15 +21,14 @@ class MultigridPressure : public PressureSolver {
  public:
   /// `singular`: the constant is in the kernel; it is projected out of right-hand side and solution. Collective.
   MultigridPressure(const Comm& comm, MatHandle matrix, bool singular);
-  using PressureSolver::apply;
   void apply(Vec b, Vec x) override;
-
- protected:
-  std::pair<VecHandle, VecHandle> create_vectors() const override;
+  /// By conversion: PETSc has one number type.
+  void apply(const float* b, float* x) override;
 
  private:
   MatHandle matrix_;
   KspHandle ksp_;
+  VecHandle right_, solution_;
 };
 
 }  // namespace fbi::linalg
