@@ -131,18 +131,23 @@ void describe_solver(Visitor& v, fsi::SolverParameters& p) {
        {fluid::Linearization::picard, "picard", "frozen within an iteration"},
        {fluid::Linearization::extrapolated, "linearized",
         "extrapolated from earlier steps, second order: one linear solve a step"}});
-  v.number(field("newton_tolerance", "residual relative to the first one of the step"), p.newton_tolerance,
-           between(0.0, 1.0));
+  v.number(field("newton_tolerance",
+                 "residual relative to the first one of the step; 0: 0.005 for time steps of the fluid alone or by the "
+                 "monolithic scheme, 1e-6 for all others"),
+           p.newton_tolerance, between(0.0, 1.0));
   v.number(field("newton_absolute_tolerance", "residual, root mean square of all unknowns"),
            p.newton_absolute_tolerance, at_least(0.0));
   v.integer(field("newton_iterations", "most nonlinear iterations of a step; steady flow: ten times as many"),
             p.newton_iterations, at_least(1));
-  v.choice<fsi::Precision>(field("precision", "numbers in the iterations of linear solves"), p.precision,
-                           {{fsi::Precision::mixed, "mixed",
-                             "single precision, corrected by residuals in double precision"},
-                            {fsi::Precision::twofold, "double", "double precision"}});
-  v.number(field("krylov_tolerance", "residual of a linear solve, relative"), p.krylov_tolerance,
-           Range{.min = 0.0, .max = 1.0, .without_min = true});
+  v.choice<fsi::Precision>(
+      field("precision", "numbers in the iterations of linear solves"), p.precision,
+      {{fsi::Precision::mixed, "mixed", "single precision, corrected by residuals in double precision"},
+       {fsi::Precision::twofold, "double", "double precision"}});
+  v.number(
+      field("krylov_tolerance",
+            "residual of a linear solve, relative; 0: 0.01 where newton_tolerance is 0 and becomes 0.005, 1e-4 for "
+            "all others"),
+      p.krylov_tolerance, between(0.0, 1.0));
   v.integer(field("krylov_iterations", "most iterations of a linear solve; ten times as many with reference"),
             p.krylov_iterations, at_least(1));
   const bool reference = p.linear == fsi::LinearSolver::reference;

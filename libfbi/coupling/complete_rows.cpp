@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "base/timer.hpp"
 #include "mesh/exchange.hpp"
 
 namespace fbi::coupling {
@@ -16,11 +15,36 @@ struct Entry {
   double weight[3];
 };
 
+/// A number 0, 1, ... for the node of each entry, ascending with the solver number.
+std::vector<Index> numbered_nodes(const std::vector<Entry>& entries) {
+  std::vector<Index> number(entries.size());
+  if (entries.empty()) return number;
+  const auto [low, high] = std::minmax_element(entries.begin(), entries.end(),
+                                               [](const Entry& a, const Entry& b) { return a.node < b.node; });
+  const GlobalIndex first = low->node, span = high->node - first + 1;
+  if (span <= 16 * static_cast<GlobalIndex>(entries.size())) {
+    // Nodes of one neighborhood: a table of all numbers between.
+    std::vector<Index> table(static_cast<std::size_t>(span), 0);
+    for (const Entry& entry : entries) table[entry.node - first] = 1;
+    Index next = 0;
+    for (Index& mark : table) mark = mark != 0 ? next++ : -1;
+    for (std::size_t k = 0; k < entries.size(); ++k) number[k] = table[entries[k].node - first];
+    return number;
+  }
+  std::vector<GlobalIndex> nodes;
+  nodes.reserve(entries.size());
+  for (const Entry& entry : entries) nodes.push_back(entry.node);
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  for (std::size_t k = 0; k < entries.size(); ++k)
+    number[k] = static_cast<Index>(std::lower_bound(nodes.begin(), nodes.end(), entries[k].node) - nodes.begin());
+  return number;
+}
+
 }  // namespace
 
 linalg::MultiplierRows complete_rows(const mesh::HexMesh& fluid, const Coupling& coupling,
                                      const std::vector<double>& weight) {
-  Timed timed("complete rows");
   const Comm& comm = fluid.comm;
   const LocalM& m = coupling.local_m();
   // First row of every rank: one number a rank.
@@ -44,32 +68,38 @@ linalg::MultiplierRows complete_rows(const mesh::HexMesh& fluid, const Coupling&
       owner.push_back(rank);
     }
   }
-  entries = mesh::exchange(comm, mesh::make_lists(comm.size(), entries, owner)).data;
-  // They came in rank order; a stable sort keeps that order within an entry, so sums do not depend on arrival.
-  std::stable_sort(entries.begin(), entries.end(),
-                   [](const Entry& a, const Entry& b) { return a.row != b.row ? a.row < b.row : a.node < b.node; });
-  std::vector<GlobalIndex> nodes;
-  nodes.reserve(entries.size());
-  for (const Entry& entry : entries) nodes.push_back(entry.node);
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-
+  if (comm.size() > 1) entries = mesh::exchange(comm, mesh::make_lists(comm.size(), entries, owner)).data;
+  // Entries of a row in the order of ranks (each rank sends every node of a row once), then by node: sums do not depend
+  // on arrival.
   linalg::MultiplierRows rows;
-  rows.begin.assign(static_cast<std::size_t>(coupling.rows()) + 1, 0);
-  rows.weight.assign(3 * nodes.size(), 0.0);
-  for (std::size_t k = 0; k < entries.size(); ++k) {
-    const Entry& entry = entries[k];
-    if (k > 0 && entries[k - 1].row == entry.row && entries[k - 1].node == entry.node) {
-      rows.value.back() += entry.value;
-      continue;
-    }
-    const std::size_t column = std::lower_bound(nodes.begin(), nodes.end(), entry.node) - nodes.begin();
-    rows.column.push_back(static_cast<Index>(column));
-    rows.value.push_back(entry.value);
-    for (int i = 0; i < 3; ++i) rows.weight[3 * column + i] = entry.weight[i];
-    ++rows.begin[entry.row - first + 1];
+  const std::size_t count = entries.size();
+  std::vector<Index> begin(static_cast<std::size_t>(coupling.rows()) + 1, 0), order(count);
+  for (const Entry& entry : entries) ++begin[entry.row - first + 1];
+  for (Index p = 0; p < coupling.rows(); ++p) begin[p + 1] += begin[p];
+  {
+    std::vector<Index> next(begin.begin(), begin.end() - 1);
+    for (std::size_t k = 0; k < count; ++k) order[next[entries[k].row - first]++] = static_cast<Index>(k);
   }
-  for (Index p = 0; p < coupling.rows(); ++p) rows.begin[p + 1] += rows.begin[p];
+  const std::vector<Index> column = numbered_nodes(entries);
+  rows.begin.assign(static_cast<std::size_t>(coupling.rows()) + 1, 0);
+  rows.weight.assign(3 * static_cast<std::size_t>(count > 0 ? *std::max_element(column.begin(), column.end()) + 1 : 0),
+                     0.0);
+  for (Index p = 0; p < coupling.rows(); ++p) {
+    std::stable_sort(order.begin() + begin[p], order.begin() + begin[p + 1],
+                     [&](Index a, Index b) { return column[a] < column[b]; });
+    for (Index k = begin[p]; k < begin[p + 1]; ++k) {
+      const Entry& entry = entries[order[k]];
+      const Index node = column[order[k]];
+      if (k > begin[p] && rows.column.back() == node) {
+        rows.value.back() += entry.value;
+        continue;
+      }
+      rows.column.push_back(node);
+      rows.value.push_back(entry.value);
+      for (int i = 0; i < 3; ++i) rows.weight[3 * static_cast<std::size_t>(node) + i] = entry.weight[i];
+    }
+    rows.begin[p + 1] = static_cast<Index>(rows.column.size());
+  }
   return rows;
 }
 

@@ -123,7 +123,7 @@ inline Batch cell_mean(const Geometry& geometry, const Batch* value) {
 
 /// Residual of SPEC section 1 on eight cells.
 /// @param tau           of all points, or of each of them, shape=(1) or (8)
-/// @param u             corner values (v, p), shape=(4,8) by corner bits; overwritten
+/// @param u             corner values (v, p), shape=(4,8) by corner bits; overwritten by the modes
 /// @param acceleration  dv/dt - b - sigma v at the corners, shape=(3,8); overwritten
 /// @param out           shape=(4,8)
 template <class Geometry, Equations E>

@@ -16,23 +16,14 @@ void gather(const LinearCells::Nodes& batch, const float* array, Single (*out)[8
   }
 }
 
-void scatter(const LinearCells::Nodes& batch, const Single (*in)[8], float* array) {
+void scatter(const LinearCells::Nodes& batch, const Single (*in)[8], const Single& scale, float* array) {
   for (int a = 0; a < 8; ++a) {
-    const Single four[4] = {in[0][a], in[1][a], in[2][a], in[3][a]};
+    const Single four[4] = {in[0][a], in[1][a], in[2][a], scale * in[3][a]};
     if (batch.row)
       fem::scatter_add_row(four, batch.node[a][0], array);
     else
       fem::scatter_add_four(four, batch.node[a].data(), batch.lanes, array);
   }
-}
-
-/// Asks for what a batch to come will read: the state does not stay in the caches, and its lines are too many streams
-/// for the machine to see by itself.
-template <class T>
-void prefetch(const std::vector<T>& items, std::size_t b) {
-  if (b >= items.size()) return;
-  const char* p = reinterpret_cast<const char*>(&items[b]);
-  for (std::size_t k = 0; k < sizeof(T); k += 64) __builtin_prefetch(p + k);
 }
 
 template <class Action>
@@ -59,12 +50,9 @@ void add_velocity_columns(const LinearCells& cells, const float* x, float* y) {
   dispatch(cells, [&]<class Geometry, Equations E>(const std::vector<typename Geometry::Cells>& geometry) {
     for (std::size_t b = 0; b < cells.nodes.size(); ++b) {
       Single direction[4][8], out[4][8];
-      prefetch(cells.state, b + 1);
-      prefetch(cells.nodes, b + 1);
-      prefetch(geometry, b + 1);
       gather(cells.nodes[b], x, direction);
       hex8_velocity_columns<Geometry, E>(geometry[b], cells.constants, cells.state[b], direction, out);
-      scatter(cells.nodes[b], out, y);
+      scatter(cells.nodes[b], out, Single(cells.continuity_scale), y);
     }
   });
 }
@@ -73,12 +61,9 @@ void add_pressure_columns(const LinearCells& cells, const float* x, float* y) {
   dispatch(cells, [&]<class Geometry, Equations E>(const std::vector<typename Geometry::Cells>& geometry) {
     for (std::size_t b = 0; b < cells.nodes.size(); ++b) {
       Single direction[4][8], out[4][8];
-      prefetch(cells.state, b + 1);
-      prefetch(cells.nodes, b + 1);
-      prefetch(geometry, b + 1);
       gather(cells.nodes[b], x, direction);
       hex8_pressure_columns<Geometry, E>(geometry[b], cells.constants, cells.state[b], direction[3], out);
-      scatter(cells.nodes[b], out, y);
+      scatter(cells.nodes[b], out, Single(cells.continuity_scale), y);
     }
   });
 }

@@ -19,6 +19,7 @@ struct LinearCells {
     bool row;  ///< a row of cells: nodes at each corner follow each other
   };
   KernelConstants constants;
+  float continuity_scale = 1.0f;  ///< of the continuity rows
   bool convection = true, viscous = true;
   std::vector<Nodes> nodes;
   std::vector<BoxCellsOf<Single>> box;  ///< one of the two is empty

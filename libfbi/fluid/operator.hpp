@@ -83,6 +83,7 @@ class Operator {
   void dispatch(const Action& action) const;
   template <class Geometry>
   const std::vector<typename Geometry::Cells>& geometry() const;
+  void keep_state(std::size_t batch, const Batch (*modes)[8], const Batch (*momentum)[8], LinearCells& linear) const;
   void gather(const CellBatch& batch, const double* array, Batch (*out)[8]) const;
   void scatter(const CellBatch& batch, const Batch (*in)[8], double* array) const;
   void center_velocity(Index cell, const double* u, double* velocity) const;

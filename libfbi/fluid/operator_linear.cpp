@@ -57,47 +57,49 @@ void put(const Batch& from, int half, fem::BatchOf<float>& to) {
 
 }  // namespace
 
+void Operator::keep_state(std::size_t b, const Batch (*modes)[8], const Batch (*momentum)[8],
+                          LinearCells& linear) const {
+  LinearState<fem::BatchOf<float>>& to = linear.state[b / 2];
+  // A half without a batch of its own takes the last one: numbers that nobody reads, but numbers.
+  const bool alone = b % 2 == 0 && b + 1 == batches_.size();
+  const bool full = b % 2 == 1 || alone;
+  const auto keep = [&](const Batch& from, fem::BatchOf<float>& target) {
+    put(from, static_cast<int>(b % 2), target);
+    if (alone) put(from, 1, target);
+    if (full) reorder(target);
+  };
+  keep(tau(b)->convection, to.tau[0]);
+  keep(tau(b)->pressure, to.tau[1]);
+  keep(tau(b)->divergence, to.tau[2]);
+  for (int i = 0; i < 3; ++i)
+    for (int m = 0; m < 8; ++m) {
+      keep(modes[i][m], to.velocity[i][m]);
+      keep(momentum[i][m], to.residual[i][m]);
+    }
+}
+
 void Operator::linearize(const double* u, const double* rest, LinearCells& linear) const {
   linear.constants = constants_;
   dispatch([&]<class Geometry, Equations E>() {
     const auto& cells = this->geometry<Geometry>();
     for (std::size_t b = 0; b < batches_.size(); ++b) {
-      Batch values[4][8], acceleration[4][8];
+      Batch values[4][8], acceleration[4][8], momentum[3][8];
       gather(batches_[b], u, values);
       gather(batches_[b], rest, acceleration);
       const Geometry geometry(cells[b]);
       const TangentState<Geometry, E> state(values, acceleration);  // values: modes from here on
       const PointCoefficients<Batch> c = coefficients<E>(constants_, *tau(b));
       const Batch sigma(constants_.sigma);
-      LinearState<fem::BatchOf<float>>& to = linear.state[b / 2];
-      // A half without a batch of its own takes the last one: numbers that nobody reads, but numbers.
-      const bool alone = b % 2 == 0 && b + 1 == batches_.size();
-      const auto keep = [&](const Batch& from, fem::BatchOf<float>& target) {
-        put(from, static_cast<int>(b % 2), target);
-        if (alone) put(from, 1, target);
-      };
-      keep(tau(b)->convection, to.tau[0]);
-      keep(tau(b)->pressure, to.tau[1]);
-      keep(tau(b)->divergence, to.tau[2]);
-      for (int i = 0; i < 3; ++i)
-        for (int m = 0; m < 8; ++m) keep(values[i][m], to.velocity[i][m]);
       for (int q = 0; q < 8; ++q) {
         PointState<Batch> s;
         state.field.at(typename Geometry::At(geometry, q), q, s);
         for (int i = 0; i < 3; ++i) s.acceleration[i] = state.rest[i][q] + sigma * s.velocity[i];
         for (int i = 0; i < 3; ++i) {
           const Batch scaled = c.density * inertia<E>(s, i);
-          keep(momentum_residual<E>(s, c, scaled, i), to.residual[i][q]);
+          momentum[i][q] = momentum_residual<E>(s, c, scaled, i);
         }
       }
-      if (b % 2 == 0 && !alone) continue;
-      for (int i = 0; i < 3; ++i) {
-        reorder(to.tau[i]);
-        for (int m = 0; m < 8; ++m) {
-          reorder(to.velocity[i][m]);
-          reorder(to.residual[i][m]);
-        }
-      }
+      keep_state(b, values, momentum, linear);
     }
   });
 }

@@ -8,14 +8,14 @@
 namespace fbi::fluid {
 
 SingleTangent::SingleTangent(const mesh::HexMesh& mesh, const Operator& cells, const Boundaries& boundaries)
-    : mesh_(mesh), cells_(cells), boundaries_(boundaries), halo_(mesh), linear_(cells.linear_cells()) {
+    : mesh_(mesh), operator_(cells), boundaries_(boundaries), halo_(mesh), linear_(cells.linear_cells()) {
   const std::vector<char>& fixed = boundaries.is_dirichlet();
   for (std::size_t k = 0; k < 4 * static_cast<std::size_t>(mesh.owned_nodes); ++k)
     if (fixed[k] != 0) fixed_.push_back(k);
 }
 
 void SingleTangent::linearize(const double* u, const double* rest) {
-  cells_.linearize(u, rest, linear_);
+  operator_.linearize(u, rest, linear_);
   faces_.clear();
   boundaries_.visit_tangents(u, [&](Index cell, const Boundaries::Corners& corners, const Boundaries::FaceMatrix& m) {
     FaceTangent face;
@@ -45,9 +45,17 @@ void SingleTangent::finish(float* y) const {
   remove_normal(y, mesh_.owned_nodes);
 }
 
-void SingleTangent::apply_to_velocity(const float* x, float* y, const std::function<void(float*)>& add) const {
-  const Timed timed("fluid tangent");
+void SingleTangent::apply_to_pressure(const float* x, float* y) const {
+  const Timed timed("pressure gradient");
   std::fill_n(y, 4 * static_cast<std::size_t>(mesh_.local_nodes()), 0.0f);
+  add_pressure_columns(linear_, x, y);
+  finish(y);
+}
+
+void SingleTangent::add_velocity(const float* x, float* y, const std::function<void(float*)>& add) const {
+  const Timed timed("fluid tangent");
+  std::fill(y + 4 * static_cast<std::size_t>(mesh_.owned_nodes), y + 4 * static_cast<std::size_t>(mesh_.local_nodes()),
+            0.0f);
   add_velocity_columns(linear_, x, y);
   for (const FaceTangent& face : faces_) {
     float in[12];
@@ -59,13 +67,6 @@ void SingleTangent::apply_to_velocity(const float* x, float* y, const std::funct
     }
   }
   if (add) add(y);
-  finish(y);
-}
-
-void SingleTangent::apply_to_pressure(const float* x, float* y) const {
-  const Timed timed("pressure gradient");
-  std::fill_n(y, 4 * static_cast<std::size_t>(mesh_.local_nodes()), 0.0f);
-  add_pressure_columns(linear_, x, y);
   finish(y);
 }
 

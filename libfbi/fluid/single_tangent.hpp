@@ -25,16 +25,18 @@ class SingleTangent {
 
   /// Takes the tangent at u (nodal values, ghosts up to date) with the tau and the step of `cells`.
   void linearize(const double* u, const double* rest);
+  /// Factor of the continuity rows of all results; 1 if never called.
+  void set_continuity_scale(double scale) { linear_.continuity_scale = static_cast<float>(scale); }
 
   const Halo& halo() const { return halo_; }
   /// Takes the parts along the normals of slip walls out of the first `nodes` nodes.
   void remove_normal(float* values, Index nodes) const;
 
-  /// y = velocity columns times x, plus what `add` adds to local nodes, complete on owned nodes; x has its ghosts and
-  /// zeros where it is not free, its pressures are not read. Collective.
-  void apply_to_velocity(const float* x, float* y, const std::function<void(float*)>& add) const;
-  /// y = pressure columns times the fourth entries of x; otherwise the same. Collective.
+  /// y = pressure columns times the fourth entries of x, complete on owned nodes; x has its ghosts. Collective.
   void apply_to_pressure(const float* x, float* y) const;
+  /// y += velocity columns times the first three entries of x, and what `add` adds to local nodes; otherwise the same,
+  /// with zeros in x where it is not free. Collective.
+  void add_velocity(const float* x, float* y, const std::function<void(float*)>& add) const;
 
  private:
   struct FaceTangent {
@@ -44,7 +46,7 @@ class SingleTangent {
   void finish(float* y) const;
 
   const mesh::HexMesh& mesh_;
-  const Operator& cells_;
+  const Operator& operator_;
   const Boundaries& boundaries_;
   Halo halo_;
   LinearCells linear_;

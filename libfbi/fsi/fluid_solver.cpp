@@ -15,13 +15,13 @@ using linalg::Write;
 
 namespace {
 
-constexpr double robin = 3.0;               // Robin coefficient of the pressure operator at open faces, times 1/h
+constexpr double robin = 3.0;  // Robin coefficient of the pressure operator at open faces, times 1/h
 constexpr int single_restart = 40;
-constexpr double tired_effort = 1.5;     // iterations with a factor that lags, against those when it was new
-constexpr int tired_iterations = 40;     // of one solve, then it is renewed
-constexpr double single_digits = 1e-5;   // a solve in single precision goes no further
-constexpr double trusted_digits = 1e-4;  // to which its own estimate of the residual is trusted
-constexpr double refined_enough = 0.1;   // factor by which a round of refinement must reduce the residual
+constexpr double tired_effort = 1.5;        // iterations with a factor that lags, against those when it was new
+constexpr int tired_iterations = 40;        // of one solve, then it is renewed
+constexpr double single_digits = 1e-5;      // a solve in single precision goes no further
+constexpr double trusted_digits = 1e-4;     // to which its own estimate of the residual is trusted
+constexpr double refined_enough = 0.1;      // factor by which a round of refinement must reduce the residual
 constexpr GlobalIndex direct_below = 3000;  // unknowns; below, factorising beats iterating
 constexpr GlobalIndex steady_direct_below = 150000;  // the factors of a cube of cells take some 5 GiB then
 
@@ -371,7 +371,8 @@ linalg::KrylovResult FluidSolver::solve_single(Vec b, Vec x, double tolerance, i
         single_right_[k] = dirichlet[k] != 0 ? 0.0f : static_cast<float>(right.get()[k] / residual);
     }
     const double wanted = std::max(tolerance * norm / residual, single_digits);
-    const linalg::KrylovResult part = single_->solve(single_right_.data(), single_solution_.data(), wanted, maximum - result.iterations);
+    const linalg::KrylovResult part =
+        single_->solve(single_right_.data(), single_solution_.data(), wanted, maximum - result.iterations);
     result.iterations += part.iterations;
     if (!std::isfinite(part.relative_residual)) return result;
     {
@@ -396,8 +397,7 @@ linalg::KrylovResult FluidSolver::solve_single(Vec b, Vec x, double tolerance, i
     FBI_PETSC(VecNorm(work_, NORM_2, &residual));
     result.relative_residual = residual / norm;
     result.converged = residual <= tolerance * norm;
-    if (result.converged || !(residual < refined_enough * before) || result.iterations >= maximum)
-      return result;
+    if (result.converged || !(residual < refined_enough * before) || result.iterations >= maximum) return result;
   }
 }
 

@@ -18,7 +18,7 @@ constexpr int many_iterations = 40;
 double linear_tolerance(const SolverParameters& parameters, double residual, double reference) {
   if (parameters.krylov_tolerance < parameters.newton_tolerance || !(residual > 0.0))
     return parameters.krylov_tolerance;
-  const double enough = 0.2 * parameters.newton_tolerance * reference / residual;
+  const double enough = 0.4 * parameters.newton_tolerance * reference / residual;
   return std::clamp(enough, parameters.krylov_tolerance, std::max(parameters.krylov_tolerance, 0.1));
 }
 

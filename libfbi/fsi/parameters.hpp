@@ -69,15 +69,27 @@ struct SchemeParameters {
 struct SolverParameters {
   LinearSolver linear = LinearSolver::automatic;
   fluid::Linearization nonlinear = fluid::Linearization::newton;
-  double newton_tolerance = 1e-6;            ///< residual relative to the first of the step
+  double newton_tolerance = 0.0;             ///< residual relative to the first of the step; 0: chosen
   double newton_absolute_tolerance = 1e-12;  ///< absolute, rms per unknown
   Index newton_iterations = 15;              ///< steady flow: ten times as many
-  double krylov_tolerance = 1e-4;            ///< relative, per linear solve
+  double krylov_tolerance = 0.0;             ///< relative, per linear solve; 0: chosen
   Precision precision = Precision::mixed;
   Index krylov_iterations = 200;             ///< per linear solve; ten times as many for reference
   Index ilu_level = 0;                       ///< reference: levels of fill
   Index gmres_restart = 100;                 ///< reference: directions kept
 };
+
+/// The parameters with tolerances chosen where they were left open: newton_tolerance 5e-3 for one solution of fluid and
+/// fibers together in a time step that starts from an extrapolation, 1e-6 for everything else (steady flow, partitioned
+/// schemes, fibers alone); krylov_tolerance 1e-2 with the former, 1e-4 otherwise and beside a newton_tolerance that is
+/// given.
+/// @param extrapolated  time steps solved in one Newton iteration on all fields
+inline SolverParameters with_tolerances(SolverParameters parameters, bool extrapolated) {
+  const bool chosen = parameters.newton_tolerance == 0.0;
+  if (chosen) parameters.newton_tolerance = extrapolated ? 5e-3 : 1e-6;
+  if (parameters.krylov_tolerance == 0.0) parameters.krylov_tolerance = chosen && extrapolated ? 1e-2 : 1e-4;
+  return parameters;
+}
 
 struct TimeParameters {
   double step = 0.0;  ///< dt [time]

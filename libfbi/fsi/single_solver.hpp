@@ -42,8 +42,9 @@ class SingleSolver {
   linalg::KrylovResult solve(float* b, float* x, double tolerance, int maximum);
 
  private:
-  void step(const float* v, float* z, float* w);
-  void velocity_block(const float* v);
+  void step(const float* v, float factor, float* z, float* w);
+  void velocity_block(const float* v, float factor, const float* gradient, float* velocity);
+  void find_touched();
   bool has_multipliers() const { return coupling_ != nullptr && coupling_->global_rows() > 0; }
 
   fluid::FluidField& fluid_;
@@ -54,8 +55,8 @@ class SingleSolver {
   std::size_t owned_, nodes_;  ///< nodes: owned, local
   std::vector<float> weight_;  ///< W for the four unknowns of a node, 0 for the pressure, shape=(nodes,4)
   std::vector<float> mass_;    ///< mass_scale/V_a, shape=(owned nodes)
-  std::vector<float> velocity_, pressure_, product_, gradient_;  ///< shape=(nodes,4)
-  std::vector<float> force_;             ///< M^T of multipliers, zero between uses, shape=(nodes,4)
+  std::vector<float> force_;     ///< M^T of multipliers, zero between uses, shape=(nodes,4)
+  std::vector<Index> touched_;   ///< owned nodes where it may not be zero
   std::vector<float> right_, solution_;  ///< of the pressure, shape=(owned nodes)
   std::vector<double> rows_;             ///< shape=(rows,3)
   linalg::SingleGmres krylov_;

@@ -6,8 +6,6 @@
 #include <Eigen/SparseCore>
 #include <cmath>
 
-#include "base/timer.hpp"
-
 namespace fbi::linalg {
 namespace {
 
@@ -93,9 +91,9 @@ struct MultiplierFactor::Implementation {
     view.dtype = CHOLMOD_DOUBLE;
     view.sorted = 1;
     view.packed = 1;
-    { Timed timed("analyze T"); factor = cholmod_analyze(&view, &common); }
+    factor = cholmod_analyze(&view, &common);
     if (factor == nullptr) return false;
-    { Timed timed("factorize T"); cholmod_factorize(&view, factor, &common); }
+    cholmod_factorize(&view, factor, &common);
     if (common.status == CHOLMOD_OK && factor->minor == factor->n) return true;
     cholmod_free_factor(&factor, &common);
     factor = nullptr;
@@ -122,7 +120,7 @@ bool MultiplierFactor::factorize(const MultiplierRows& m, const std::vector<Inte
   self.clear();
   self.size = 3 * m.rows();
   if (self.size == 0) return true;
-  { Timed timed("assemble T"); self.t = assemble(m, s); }
+  self.t = assemble(m, s);
   for (Index k = 0; k < self.t.nonZeros(); ++k)
     if (!std::isfinite(self.t.valuePtr()[k])) return false;
   return self.cholesky() || self.lu();

@@ -34,8 +34,8 @@ double short_dot(const float* a, const float* b, std::size_t n) {
 
 }  // namespace
 
-SingleGmres::SingleGmres(const Comm& comm, std::size_t size, Step step, int restart)
-    : comm_(comm), size_(size), step_(std::move(step)), restart_(restart) {}
+SingleGmres::SingleGmres(const Comm& comm, std::size_t size, std::size_t room, Step step, int restart)
+    : comm_(comm), size_(size), room_(room), step_(std::move(step)), restart_(restart), factor_(restart + 1, 1.0) {}
 
 double SingleGmres::norm(const float* v) const {
   double sum = 0.0;
@@ -48,6 +48,7 @@ void SingleGmres::project(const float* w, int count, double* h) const {
   for (std::size_t k = 0; k < size_; k += chunk)
     for (int j = 0; j < count; ++j) h[j] += short_dot(&basis_[j][k], w + k, std::min(chunk, size_ - k));
   comm_.sum(h, count);
+  for (int j = 0; j < count; ++j) h[j] *= factor_[j];
 }
 
 double SingleGmres::remove(float* w, int count, const double* h) const {
@@ -55,7 +56,7 @@ double SingleGmres::remove(float* w, int count, const double* h) const {
   for (std::size_t k = 0; k < size_; k += chunk) {
     const std::size_t n = std::min(chunk, size_ - k);
     for (int j = 0; j < count; ++j) {
-      const float factor = static_cast<float>(h[j]);
+      const float factor = static_cast<float>(h[j] * factor_[j]);
       const float* v = &basis_[j][k];
       float* to = w + k;
       for (std::size_t i = 0; i < n; ++i) to[i] -= factor * v[i];
@@ -82,22 +83,22 @@ KrylovResult SingleGmres::solve(float* b, float* x, double tolerance, int maximu
   for (std::size_t k = 0; k < size_; ++k) b[k] = static_cast<float>(b[k] / scale);
   std::vector<double> h(restart_ + 1), cosine(restart_), sine(restart_), right(restart_ + 1);
   std::vector<std::vector<double>> columns(restart_);
-  std::vector<float> w(size_);
   while (result.iterations < maximum && residual > tolerance) {
     // b holds the residual of x.
     const double start = norm(b);
     if (!(start > 0.0) || !std::isfinite(start)) break;
-    if (basis_.empty()) basis_.emplace_back(size_);
-    for (std::size_t k = 0; k < size_; ++k) basis_[0][k] = static_cast<float>(b[k] / start);
+    if (basis_.empty()) basis_.emplace_back(room_);
+    std::copy_n(b, size_, basis_[0].data());
+    factor_[0] = 1.0 / start;
     std::fill(right.begin(), right.end(), 0.0);
     right[0] = start;
     int count = 0;
     bool finite = true;
     while (count < restart_ && result.iterations < maximum && residual > tolerance) {
-      if (static_cast<int>(basis_.size()) < count + 2) basis_.emplace_back(size_);
-      if (static_cast<int>(directions_.size()) < count + 1) directions_.emplace_back(size_);
+      if (static_cast<int>(basis_.size()) < count + 2) basis_.emplace_back(room_);
+      if (static_cast<int>(directions_.size()) < count + 1) directions_.emplace_back(room_);
       float* next = basis_[count + 1].data();
-      step_(basis_[count].data(), directions_[count].data(), next);
+      step_(basis_[count].data(), static_cast<float>(factor_[count]), directions_[count].data(), next);
       double length = 0.0;
       {
         const Timed timed("orthogonalisation");
@@ -123,8 +124,7 @@ KrylovResult SingleGmres::solve(float* b, float* x, double tolerance, int maximu
       residual = std::abs(right[count + 1]);
       ++count;
       if (length <= 1e-7 * diagonal) break;  // the space holds the solution
-      const float inverse = static_cast<float>(1.0 / length);
-      for (std::size_t k = 0; k < size_; ++k) next[k] *= inverse;
+      factor_[count] = 1.0 / length;
     }
     for (int i = count - 1; i >= 0; --i) {
       for (int j = i + 1; j < count; ++j) right[i] -= columns[j][i] * right[j];
@@ -151,7 +151,7 @@ KrylovResult SingleGmres::solve(float* b, float* x, double tolerance, int maximu
     }
     std::fill_n(b, size_, 0.0f);
     for (int j = 0; j <= count; ++j)
-      for (std::size_t k = 0; k < size_; ++k) b[k] += static_cast<float>(rest[j]) * basis_[j][k];
+      for (std::size_t k = 0; k < size_; ++k) b[k] += static_cast<float>(rest[j] * factor_[j]) * basis_[j][k];
   }
   result.relative_residual = residual;
   result.converged = residual <= tolerance;

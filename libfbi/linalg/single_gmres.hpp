@@ -14,12 +14,14 @@ namespace fbi::linalg {
 /// solves.
 class SingleGmres {
  public:
-  /// z = P^-1 v and w = A z in one call: preconditioners that split A know parts of w already. Collective.
-  using Step = std::function<void(const float* v, float* z, float* w)>;
+  /// z = P^-1 (factor v) and w = A z in one call: preconditioners that split A know parts of w already. z and w have
+  /// `room` numbers, of which the first `size` count; they are kept as they are for the next steps. Collective.
+  using Step = std::function<void(const float* v, float factor, float* z, float* w)>;
 
   /// @param size     numbers of a vector on this rank
+  /// @param room     numbers that the arrays of a step have, at least `size`
   /// @param restart  iterations after which the space starts anew
-  SingleGmres(const Comm& comm, std::size_t size, Step step, int restart);
+  SingleGmres(const Comm& comm, std::size_t size, std::size_t room, Step step, int restart);
 
   /// Solves A x = b from x = 0 until |b - A x| <= tolerance |b| by the recursion's estimate; b is scaled first, so that
   /// no number leaves the range of a float. A b that is zero gives x = 0; numbers that are not finite end the iteration
@@ -30,16 +32,17 @@ class SingleGmres {
 
  private:
   double norm(const float* v) const;
-  /// h_j = v_j . w for the first `count` basis vectors, one reduction. Collective.
+  /// h_j = v_j . w for the first `count` basis vectors (times their factors), one reduction. Collective.
   void project(const float* w, int count, double* h) const;
   /// w -= sum_j h_j v_j; returns |w|. Collective.
   double remove(float* w, int count, const double* h) const;
 
   Comm comm_;
-  std::size_t size_;
+  std::size_t size_, room_;
   Step step_;
   int restart_;
   std::vector<std::vector<float>> basis_, directions_;
+  std::vector<double> factor_;  ///< of each basis vector: its inverse length
 };
 
 }  // namespace fbi::linalg
