@@ -332,7 +332,8 @@ bool FluidSolver::renew_factor() {
   return !comm_.any(!factor_.factorize(rows, blocks));
 }
 
-bool FluidSolver::prepare(bool geometry_changed, bool interface_changed) {
+bool FluidSolver::prepare(bool geometry_changed, bool interface_changed, bool tangent_changed) {
+  if (!tangent_changed) return true;
   if (direct_ != nullptr) return direct_->factorize();
   if (reference_ != nullptr) return reference_->prepare(geometry_changed, continuity_scale());
   renew_pressure();

@@ -4,6 +4,8 @@
 #include <umfpack.h>
 
 #include <Eigen/SparseCore>
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace fbi::linalg {
@@ -11,43 +13,84 @@ namespace {
 
 using Sparse = Eigen::SparseMatrix<double, Eigen::RowMajor, int>;
 
-/// T with entries ordered (row, direction), both triangles.
+/// Rows of M that have an entry in each column, by column.
+struct Columns {
+  std::vector<Index> begin, row;
+  std::vector<double> value;
+  explicit Columns(const MultiplierRows& m) : begin(static_cast<std::size_t>(m.columns()) + 1, 0) {
+    row.resize(m.column.size());
+    value.resize(m.column.size());
+    for (const Index c : m.column) ++begin[c + 1];
+    for (Index c = 0; c < m.columns(); ++c) begin[c + 1] += begin[c];
+    std::vector<Index> next(begin.begin(), begin.end() - 1);
+    for (Index p = 0; p < m.rows(); ++p)
+      for (Index k = m.begin[p]; k < m.begin[p + 1]; ++k) {
+        row[next[m.column[k]]] = p;
+        value[next[m.column[k]]++] = m.value[k];
+      }
+  }
+};
+
+/// T with entries ordered (row, direction), both triangles: for each row the 3 x 3 blocks of its neighbors in M W M^T
+/// (diagonal) and of S, collected in a table of all rows.
 Sparse assemble(const MultiplierRows& m, const std::vector<InterfaceBlock>& s) {
   const Index rows = m.rows();
-  const Sparse matrix = Eigen::Map<const Sparse>(rows, m.columns(), static_cast<Index>(m.value.size()), m.begin.data(),
-                                                 m.column.data(), m.value.data());
-  std::vector<Eigen::Triplet<double, int>> entries;
-  for (int i = 0; i < 3; ++i) {
-    Eigen::VectorXd weight(m.columns());
-    for (Index c = 0; c < m.columns(); ++c) weight[c] = m.weight[3 * static_cast<std::size_t>(c) + i];
-    const Sparse scaled = matrix * weight.asDiagonal();
-    const Sparse product = scaled * Sparse(matrix.transpose());
-    if (i == 0) entries.reserve(3 * product.nonZeros());
-    for (Index p = 0; p < rows; ++p)
-      for (Sparse::InnerIterator entry(product, p); entry; ++entry)
-        entries.emplace_back(3 * p + i, 3 * entry.col() + i, entry.value());
-  }
-  for (const InterfaceBlock& block : s) {
-    if (block.dense == nullptr) {
-      for (Index p = 0; p < block.rows; ++p)
-        for (int i = 0; i < 3; ++i)
-          for (int j = 0; j < 3; ++j) {
-            const double value = block.local[9 * static_cast<std::size_t>(p) + 3 * i + j];
-            if (i == j || value != 0.0)
-              entries.emplace_back(3 * (block.first + p) + i, 3 * (block.first + p) + j, value);
-          }
-    } else {
-      const Index n = 3 * block.rows;
-      const auto row = [&block](Index a) {
-        return 3 * (block.index != nullptr ? block.index[a / 3] : block.first + a / 3) + a % 3;
-      };
-      for (Index a = 0; a < n; ++a)
-        for (Index b = 0; b < n; ++b)
-          entries.emplace_back(row(a), row(b), block.dense[static_cast<std::size_t>(a) * n + b]);
+  const Columns columns(m);
+  struct Place {
+    const InterfaceBlock* block = nullptr;
+    Index at = 0;  // row within the block
+  };
+  std::vector<Place> place(rows);
+  for (const InterfaceBlock& block : s)
+    for (Index p = 0; p < block.rows; ++p)
+      place[block.index != nullptr ? block.index[p] : block.first + p] = {&block, p};
+
+  std::vector<std::array<double, 9>> sum(rows);
+  std::vector<Index> last(rows, -1), neighbors;
+  Sparse t(3 * rows, 3 * rows);
+  t.reserve(static_cast<Eigen::Index>(9 * m.value.size() / 2));
+  for (Index p = 0; p < rows; ++p) {
+    neighbors.clear();
+    const auto block_of = [&](Index q) -> std::array<double, 9>& {
+      if (last[q] != p) {
+        last[q] = p;
+        sum[q].fill(0.0);
+        neighbors.push_back(q);
+      }
+      return sum[q];
+    };
+    for (Index k = m.begin[p]; k < m.begin[p + 1]; ++k) {
+      const std::size_t c = m.column[k];
+      const double* w = &m.weight[3 * c];
+      for (Index j = columns.begin[c]; j < columns.begin[c + 1]; ++j) {
+        std::array<double, 9>& entry = block_of(columns.row[j]);
+        const double product = m.value[k] * columns.value[j];
+        for (int i = 0; i < 3; ++i) entry[4 * i] += product * w[i];
+      }
+    }
+    if (const InterfaceBlock* block = place[p].block; block != nullptr) {
+      const Index at = place[p].at;
+      if (block->dense == nullptr) {
+        std::array<double, 9>& entry = block_of(p);
+        for (int i = 0; i < 9; ++i) entry[i] += block->local[9 * static_cast<std::size_t>(at) + i];
+      } else {
+        for (Index q = 0; q < block->rows; ++q) {
+          std::array<double, 9>& entry = block_of(block->index != nullptr ? block->index[q] : block->first + q);
+          for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j)
+              entry[3 * i + j] += block->dense[static_cast<std::size_t>(3 * at + i) * (3 * block->rows) + 3 * q + j];
+        }
+      }
+    }
+    std::sort(neighbors.begin(), neighbors.end());
+    for (int i = 0; i < 3; ++i) {
+      t.startVec(3 * p + i);
+      for (const Index q : neighbors)
+        for (int j = 0; j < 3; ++j)
+          if (i == j || sum[q][3 * i + j] != 0.0) t.insertBack(3 * p + i, 3 * q + j) = sum[q][3 * i + j];
     }
   }
-  Sparse t(3 * rows, 3 * rows);
-  t.setFromTriplets(entries.begin(), entries.end());
+  t.finalize();
   return t;
 }
 
