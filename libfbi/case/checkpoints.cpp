@@ -1,5 +1,6 @@
 #include "case/checkpoints.hpp"
 
+#include "base/counters.hpp"
 #include "base/timer.hpp"
 #include "input/canonical.hpp"
 #include "io/case_file.hpp"
@@ -49,6 +50,7 @@ std::string fingerprint_of_physics(const std::string& json) {
 
 void save_checkpoint(Setup& setup, const io::RunPaths& paths, const std::string& json, GlobalIndex step, double time) {
   Timed timed("checkpoint");
+  count("checkpoints");
   StateList list = list_state(setup);
   for (std::size_t k = 0; k < list.vectors.size(); ++k) {
     const double* values = nullptr;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/counters.hpp"
 #include "base/error.hpp"
 #include "base/log.hpp"
 #include "base/signals.hpp"
@@ -24,6 +25,7 @@ bool is_finite(double cfl, double violation, const std::vector<double>& values) 
 
 void write_fields(const Setup& setup, io::ResultWriter& writer, GlobalIndex step, double time) {
   Timed timed("output");
+  count("outputs");
   std::vector<io::NodeField> fields;
   Vec form = nullptr;  // with ghosts: images of periodic faces are among them
   const double* values = nullptr;
@@ -138,6 +140,7 @@ bool Recorder::after_step(const fsi::StepClock& clock, const fsi::StepReport& re
 
 std::string Recorder::keep_last_state(const std::string& failure) {
   history_.write_failure(failure);
+  history_.write_work(counted_work(setup_.fiber_mesh->comm));
   const std::string restart = "fbi-run " + options_.case_path + " --restart last";
   if (clock_.step == first_)
     return first_ > 0

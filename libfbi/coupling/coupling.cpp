@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/counters.hpp"
 #include "base/error.hpp"
 #include "base/log.hpp"
 #include "base/timer.hpp"
@@ -247,6 +248,7 @@ void Coupling::update(const std::vector<double>& dofs) {
   if (my.exchange.comm().any(!finite))
     throw Error(ExitCode::diverged,
                 "the fibers have positions that are not numbers: reduce the time step or the loads");
+  count("searches");
   my.set_curves(dofs);
   {
     const Timed search("search and cut");
@@ -256,6 +258,7 @@ void Coupling::update(const std::vector<double>& dofs) {
   Index failed = 0;
   {
     const Timed assembly("integrate M");
+    count("builds of M");
     my.cutting.deliver(my.elements, my.cuts, my.pieces);
     failed = my.parameters.kernel == Operator::ring
                  ? assemble_ring_m(my.fluid, my.pieces, my.side.rule(), my.side.basis(), my.cutting, my.exchange, my.m)

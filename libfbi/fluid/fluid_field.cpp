@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/counters.hpp"
 #include "base/log.hpp"
 #include "base/timer.hpp"
 #include "fem/hex8.hpp"
@@ -245,6 +246,7 @@ void FluidField::initialize() {
 void FluidField::Implementation::evaluate_body_force(double t) {
   if (is_zero(parameters.body_force)) return;
   if (!body_force.empty() && !depends_on_time(parameters.body_force)) return;
+  count_parts("body forces evaluated", mesh.local_nodes());
   body_force.resize(unknowns());
   std::string error;
   for (Index n = 0; n < mesh.local_nodes(); ++n) {
@@ -269,6 +271,7 @@ void FluidField::Implementation::compute_rest() {
 }
 
 void FluidField::Implementation::update_tau() {
+  count("tau updates");
   const double speed = largest_speed(iterate);
   LocalArray u(iterate);
   if (steady()) cells.set_step(0.0, 0.0);  // pseudo-time is no part of the answer
@@ -368,6 +371,7 @@ void FluidField::Implementation::sum_residual() {
 
 void FluidField::residual(Vec r) {
   const Timed timed("fluid residual");
+  count("fluid residuals");
   Implementation& f = *implementation_;
   f.sum_residual();
   LocalArray s(f.sum);
@@ -409,6 +413,7 @@ void FluidField::linearize() {
 
 void FluidField::apply_jacobian(Vec x, Vec y) {
   const Timed timed("fluid jacobian");
+  count("fluid tangent products");
   Implementation& f = *implementation_;
   const std::vector<char>& fixed = f.boundaries.is_dirichlet();
   const PetscScalar* in = nullptr;
@@ -439,6 +444,7 @@ void FluidField::apply_jacobian(Vec x, Vec y) {
 
 linalg::MatHandle FluidField::assemble_jacobian() {
   const Timed timed("fluid assembly");
+  count("fluid tangents assembled");
   Implementation& f = *implementation_;
   if (!f.jacobian) f.jacobian = std::make_unique<NodeMatrix>(f.mesh, 4);
   NodeMatrix& matrix = *f.jacobian;

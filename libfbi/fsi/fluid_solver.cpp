@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "base/counters.hpp"
 #include "base/timer.hpp"
 #include "coupling/complete_rows.hpp"
 #include "linalg/vector_access.hpp"
@@ -241,6 +242,7 @@ void FluidSolver::renew_pressure() {
   pressure_scale_ = density * sigma;
   if (pressure_ != nullptr) return;
   Timed timed("pressure setup");
+  count("pressure setups");
   const mesh::HexMesh& mesh = fluid_.mesh();
   if (linalg::TensorPoisson::supports(mesh)) {
     pressure_ = std::make_unique<linalg::TensorPoisson>(mesh, robin_ends(1.0));
@@ -274,6 +276,7 @@ void FluidSolver::renew_projected_pressure() {
                          std::abs(mean - projection_) <= 0.1 * projection_;
   if (unchanged) return;
   Timed timed("pressure setup");
+  count("pressure setups");
   pressure_scale_ = 1.0;
   projected_inertia_ = inertia;
   projection_ = mean;
@@ -303,6 +306,7 @@ bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed) 
   // The factor may lag behind the weight: fixed fibers keep theirs, which is what makes them cheap.
   if (!first && !geometry_changed && !interface_changed) return true;
   Timed timed("multiplier factor");
+  count("multiplier factorizations");
   const linalg::MultiplierRows rows = coupling::complete_rows(mesh, *coupling_, weight_->values());
   std::vector<linalg::InterfaceBlock> blocks;
   for (Index f = 0; f < interface_->fibers(); ++f) {
@@ -327,6 +331,7 @@ bool FluidSolver::prepare(bool geometry_changed, bool interface_changed) {
 
 linalg::KrylovResult FluidSolver::solve(Vec b, Vec x, double tolerance) {
   Timed timed("linear solve");
+  count("linear solves");
   const mesh::HexMesh& mesh = fluid_.mesh();
   if (direct_ != nullptr) {
     linalg::KrylovResult result;

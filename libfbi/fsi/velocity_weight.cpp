@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/counters.hpp"
 #include "base/timer.hpp"
 #include "fem/hex8.hpp"
 #include "linalg/vector_access.hpp"
@@ -31,6 +32,7 @@ VelocityWeight::VelocityWeight(fluid::FluidField& fluid) : fluid_(fluid), work_(
 
 void VelocityWeight::renew() {
   Timed timed("velocity weight");
+  count("velocity weights");
   const mesh::HexMesh& mesh = fluid_.mesh();
   const fluid::FluidParameters& parameters = fluid_.parameters();
   const double sigma = fluid_.sigma(), density = parameters.density, viscosity = parameters.viscosity;
