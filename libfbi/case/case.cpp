@@ -62,7 +62,7 @@ fsi::LoopEnd step_to_the_end(Setup& setup, const RunOptions& options, Recorder& 
   fsi::LoopEnd ended = fsi::LoopEnd::failed;
   try {
     ended = fsi::run_time_loop(
-        *setup.system, setup.acceleration.get(), recorder.last_step(), end, setup.dt,
+        *setup.system, setup.acceleration.get(), setup.step_control, recorder.last_step(), end, setup.dt,
         [&recorder](const fsi::StepClock& clock, const fsi::StepReport& report) {
           return recorder.after_step(clock, report);
         },

@@ -41,7 +41,7 @@ void write_fields(const Setup& setup, io::ResultWriter& writer, GlobalIndex step
     fibers.dofs = &setup.beams->accepted_dofs();
     fibers.velocity = &setup.beams->accepted_velocity();
     if (setup.system->is_coupled()) {
-      force = setup.system->coupling().at_nodes(setup.system->lambda_old());
+      force = setup.system->line_force();
       fibers.force = &force;
     }
   }
@@ -112,6 +112,11 @@ bool Recorder::after_step(const fsi::StepClock& clock, const fsi::StepReport& re
   newton_.add(report.newton);
   krylov_.add(report.krylov);
   coupling_.add(report.coupling_iterations);
+  repeated_ += report.failures;
+  if (report.parts > 1) {
+    ++divided_;
+    smallest_dt_ = smallest_dt_ > 0.0 ? std::min(smallest_dt_, clock.dt) : clock.dt;
+  }
   print_line(clock, report, cfl, violation, seconds);
   const double tolerance = setup_.parameters.time.steady_tolerance;
   const double rate = tolerance > 0.0 ? setup_.fluid->relative_rate() : 0.0;
@@ -181,8 +186,15 @@ std::string Recorder::iterations_text() const {
   add(setup_.acceleration != nullptr, "coupling", coupling_);
   add(true, "Newton", newton_);
   add(setup_.fluid != nullptr, "Krylov", krylov_);
-  return log::format("%lld step%s, iterations a step: %s (most: %s)", static_cast<long long>(steps),
-                     steps > 1 ? "s" : "", mean.c_str(), most.c_str());
+  std::string text = log::format("%lld step%s, iterations a step: %s (most: %s)", static_cast<long long>(steps),
+                                 steps > 1 ? "s" : "", mean.c_str(), most.c_str());
+  if (repeated_ + divided_ > 0)
+    text += log::format(
+        "\n%ld attempt%s did not converge and %s repeated with a smaller dt; %ld step%s done in parts, "
+        "the smallest of %.6g",
+        repeated_, repeated_ == 1 ? "" : "s", repeated_ == 1 ? "was" : "were", divided_,
+        divided_ == 1 ? " was" : "s were", divided_ > 0 ? smallest_dt_ : setup_.dt);
+  return text;
 }
 
 // One line a step, in columns; those that mean nothing for this case are left out.

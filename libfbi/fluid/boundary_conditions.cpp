@@ -136,6 +136,11 @@ Boundaries::Boundaries(const mesh::HexMesh& mesh, const BoundaryConditions& cond
   has_timed_velocity_ = mesh.comm.any(timed);
 }
 
+bool Boundaries::has_backflow() const {
+  return std::any_of(conditions_.begin(), conditions_.end(),
+                     [](const Condition& c) { return is_open(c.data.type) && c.data.backflow; });
+}
+
 void Boundaries::evaluate_traction(LoadedFace& loaded, double t, std::string& error) const {
   const Condition& condition = conditions_[loaded.condition];
   const FacePoints at = face_points(mesh_, loaded.face);

@@ -81,6 +81,7 @@ struct FluidField::Implementation {
   double smallest_cell = 0.0;
   RateFormula formula;
   double theta = 1.0, dt = 0.0;
+  double tau_sigma = -1.0, tau_dt = -1.0;  // that tau was computed for
   Linearization convection = Linearization::newton;
   // history beyond the vectors; doubles so that a restart can hold them
   double previous_dt = 0.0, accepted_steps = 0.0, startup_left = 0.0;
@@ -271,6 +272,11 @@ void FluidField::Implementation::compute_rest() {
 }
 
 void FluidField::Implementation::update_tau() {
+  // Without convection tau depends on the time step alone.
+  const bool constant = parameters.convective_form == ConvectiveForm::none;
+  if (constant && tau_sigma == formula.sigma && tau_dt == dt) return;
+  tau_sigma = formula.sigma;
+  tau_dt = dt;
   count("tau updates");
   const double speed = largest_speed(iterate);
   LocalArray u(iterate);
@@ -306,7 +312,7 @@ void FluidField::begin_step(double time, double dt) {
   if (f.steady())
     f.formula = {};
   else
-    f.formula = by_bdf2 && f.startup_left == 0 ? bdf2(dt) : one_step_theta(f.theta, dt);
+    f.formula = by_bdf2 && f.startup_left == 0 ? bdf2(dt, f.previous_dt) : one_step_theta(f.theta, dt);
   f.boundaries.set_time(time);
   f.evaluate_body_force(time);
   f.cells.set_step(f.formula.sigma, f.dt);
@@ -507,6 +513,10 @@ const FluidParameters& FluidField::parameters() const { return implementation_->
 linalg::VecHandle FluidField::create_vector() const { return create_ghosted(implementation_->mesh); }
 double FluidField::sigma() const { return implementation_->formula.sigma; }
 RateFormula FluidField::rate_formula() const { return implementation_->formula; }
+bool FluidField::is_linear() const {
+  const Implementation& f = *implementation_;
+  return f.parameters.convective_form == ConvectiveForm::none && !f.boundaries.has_backflow();
+}
 bool FluidField::is_steady() const { return implementation_->steady(); }
 double FluidField::theta() const { return implementation_->theta; }
 Vec FluidField::iterate() { return implementation_->iterate; }
@@ -584,6 +594,7 @@ Vec3 FluidField::momentum(Vec u) {
 
 std::vector<std::pair<std::string, Vec>> FluidField::state() {
   const Implementation& f = *implementation_;
+  if (f.steady()) return {{"velocity_pressure", f.accepted}};  // no step follows
   return {{"velocity_pressure", f.accepted}, {"velocity_pressure_before", f.previous}, {"acceleration", f.rate}};
 }
 

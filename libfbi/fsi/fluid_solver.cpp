@@ -323,7 +323,11 @@ bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed) 
 }
 
 bool FluidSolver::prepare(bool geometry_changed, bool interface_changed) {
-  if (direct_ != nullptr) return direct_->factorize();
+  if (direct_ != nullptr) {
+    const bool kept = fluid_.is_linear() && factor_sigma_ == fluid_.sigma() && !geometry_changed && !interface_changed;
+    factor_sigma_ = fluid_.sigma();
+    return kept || direct_->factorize();
+  }
   if (reference_ != nullptr) return reference_->prepare(geometry_changed, continuity_scale());
   renew_pressure();
   return renew_velocity(geometry_changed, interface_changed);

@@ -84,6 +84,7 @@ class FluidSolver {
   double projection_ = 0.0;         // coefficient of the pressure projection in the operator, 0 with PSPG
   double projected_inertia_ = 0.0;  // 1/(rho sigma) there
   double steady_scale_ = 1.0;
+  double factor_sigma_ = -1.0;  // that the direct factors were made for
   std::unique_ptr<VelocityWeight> weight_;
   linalg::MultiplierFactor factor_;
   linalg::VecHandle ghosted_, work_, work2_, scaled_;

@@ -31,6 +31,11 @@ VelocityWeight::VelocityWeight(fluid::FluidField& fluid) : fluid_(fluid), work_(
 }
 
 void VelocityWeight::renew() {
+  // Without convection W depends on the time step alone.
+  if (fluid_.parameters().convective_form == fluid::ConvectiveForm::none && !values_.empty() &&
+      sigma_ == fluid_.sigma())
+    return;
+  sigma_ = fluid_.sigma();
   Timed timed("velocity weight");
   count("velocity weights");
   const mesh::HexMesh& mesh = fluid_.mesh();
