@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 
+#include "base/counters.hpp"
 #include "base/error.hpp"
 #include "base/log.hpp"
 #include "beam/fiber_equations.hpp"
@@ -153,6 +154,7 @@ double BeamField::alpha_f() const {
 
 void BeamField::linearize() {
   Implementation& b = *implementation_;
+  count_parts("fiber tangents", b.moving);
   b.evaluate_all(true);
   for (Index g = 0; b.joints != nullptr && g < b.joints->groups(); ++g) {
     b.joints->add_forces(b, g);
@@ -289,6 +291,7 @@ void BeamField::increment(const std::vector<double>& delta) {
 
 int BeamField::solve_step(const std::vector<double>& force) {
   Implementation& b = *implementation_;
+  count_parts("fiber solves", b.moving);
   b.evaluated = false;
   int most = 0;
   bool failed = false;

@@ -10,11 +10,11 @@ namespace {
 constexpr double first[3][5] = {{-25, 48, -36, 16, -3}, {-3, -10, 18, -6, 1}, {1, -8, 0, 8, -1}};
 constexpr double second[3][5] = {{35, -104, 114, -56, 11}, {11, -20, 6, 4, -1}, {-1, 16, -30, 16, -1}};
 
+}  // namespace
+
 bool depends_on_time(const input::VectorExpression& f) {
   return f[0].depends_on_time() || f[1].depends_on_time() || f[2].depends_on_time();
 }
-
-}  // namespace
 
 Motion motion_in_time(const input::VectorExpression& f, const Vec3& x, double t, double h) {
   Motion motion;

@@ -23,4 +23,7 @@ Motion motion_in_time(const input::VectorExpression& f, const Vec3& x, double t,
 /// Derivative of f along the unit vector `direction` at time t, by central differences with the spacing `h` [length].
 Vec3 derivative_along(const input::VectorExpression& f, const Vec3& x, const Vec3& direction, double t, double h);
 
+/// Some component depends on time.
+bool depends_on_time(const input::VectorExpression& f);
+
 }  // namespace fbi::beam

@@ -30,6 +30,7 @@ struct Fiber {
   ElementProperties section;  // length is filled in for each element
   std::vector<NodeSupport> supports;
   bool prescribed = false;  // moves as formulas say
+  bool placed = false;      // where formulas without time say
   bool moving_supports = false;
   double mass_damping = 0.0, stiffness_damping = 0.0;
   Index first_node = 0, nodes = 0, first_element = 0;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/counters.hpp"
+#include "beam/differences.hpp"
 #include "beam/fiber_equations.hpp"
 #include "fem/line_shapes.hpp"
 
@@ -140,7 +142,12 @@ void FiberEquations::rigid_reaction(Index f, const double* force, double* reacti
 
 void FiberEquations::begin_step(Index f) {
   Fiber& fiber = fibers[f];
-  if (fiber.prescribed) return place_prescribed(fiber);
+  if (fiber.prescribed) {
+    // Formulas without time say the same again: dofs are those of the last step.
+    if (!fiber.placed) place_prescribed(fiber);
+    fiber.placed = !depends_on_time(groups[mesh.group[f]].motion);
+    return;
+  }
   if (fiber.formulation == nullptr) return;
   if (fiber.moving_supports)
     for (NodeSupport& support : fiber.supports)
@@ -203,6 +210,7 @@ void FiberEquations::balance_at_start(Index f, const double* force) {
 void FiberEquations::place_prescribed(const Fiber& fiber) {
   const input::VectorExpression& motion = groups[mesh.group[&fiber - fibers.data()]].motion;
   const double step = 0.25 * level.dt, length = 1e-3 * shortest_element(fiber);
+  count_parts("prescribed fibers placed", 1);
   for (Index node = fiber.first_node; node < fiber.first_node + fiber.nodes; ++node) {
     const Vec3 x(&mesh.position[3 * static_cast<std::size_t>(node)]);
     const Vec3 g(&mesh.tangent[3 * static_cast<std::size_t>(node)]);

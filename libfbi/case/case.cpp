@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/counters.hpp"
 #include "base/log.hpp"
 #include "base/progress.hpp"
 #include "base/timer.hpp"
@@ -43,10 +44,11 @@ void print_columns(const Setup& setup) {
     log::info("              slip: largest |v_fluid - v_fiber| along the fibers over the largest |v|");
 }
 
-void print_end(const Setup& setup, const Recorder& recorder) {
+void print_end(const Setup& setup, const Recorder& recorder, const std::vector<Counted>& work) {
   const Comm& comm = setup.fiber_mesh->comm;
   const double all = comm.sum(peak_memory()), largest = comm.max(peak_memory());
   log::info("\ntimes of rank 0\n%s", timer_report().c_str());
+  log::info("work of all ranks\n%s", counter_report(work).c_str());
   const std::string iterations = recorder.iterations_text();
   if (!iterations.empty()) log::info("%s", iterations.c_str());
   log::info("wall time %s, peak memory %s (largest rank %s)", duration_text(recorder.seconds()).c_str(),
@@ -60,7 +62,7 @@ fsi::LoopEnd step_to_the_end(Setup& setup, const RunOptions& options, Recorder& 
   fsi::LoopEnd ended = fsi::LoopEnd::failed;
   try {
     ended = fsi::run_time_loop(
-        *setup.system, setup.acceleration.get(), recorder.last_step(), end, setup.dt,
+        *setup.system, setup.acceleration.get(), setup.step_control, recorder.last_step(), end, setup.dt,
         [&recorder](const fsi::StepClock& clock, const fsi::StepReport& report) {
           return recorder.after_step(clock, report);
         },
@@ -143,8 +145,10 @@ ExitCode run_case(const RunOptions& options) {
   if (first < end) print_columns(setup);
   const fsi::LoopEnd ended = step_to_the_end(setup, options, recorder, end);
   const bool complete = recorder.settled() || (ended == fsi::LoopEnd::finished && end == setup.steps);
+  const std::vector<Counted> work = counted_work(comm);
+  history.write_work(work);
   if (complete) writer.finish();
-  if (!options.quiet) print_end(setup, recorder);
+  if (!options.quiet) print_end(setup, recorder, work);
   log::info("results in %s", paths.index.c_str());
   if (!complete) log::info("go on with: fbi-run %s --restart last", options.case_path.c_str());
   if (ended == fsi::LoopEnd::stopped && !recorder.settled()) return ExitCode::stopped;

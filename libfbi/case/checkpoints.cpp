@@ -1,5 +1,6 @@
 #include "case/checkpoints.hpp"
 
+#include "base/counters.hpp"
 #include "base/timer.hpp"
 #include "input/canonical.hpp"
 #include "io/case_file.hpp"
@@ -26,29 +27,33 @@ StateList list_state(Setup& setup) {
     }
   }
   if (setup.beams != nullptr) {
-    for (auto& [name, values] : setup.beams->state()) list.fibers.push_back({name, 6, values});
-    if (setup.system->is_coupled()) {
-      list.fibers.push_back({"coupling_force", 6, &setup.system->force_old()});
-      list.fibers.push_back({"coupling_force_older", 6, &setup.system->force_older()});
-      list.fibers.push_back({"coupling_force_oldest", 6, &setup.system->force_oldest()});
-      list.fibers.push_back({"last_motion", 6, &setup.system->last_motion()});
-    }
+    for (auto& [name, values] : setup.system->fiber_state()) list.fibers.push_back({name, 6, values});
   }
   if (setup.acceleration != nullptr)
     for (auto& [name, values] : setup.acceleration->state()) list.fibers.push_back({name, 6, values});
   return list;
 }
 
+/// Every number of the state, the same on all ranks.
+std::vector<std::pair<std::string, double*>> list_numbers(Setup& setup) {
+  std::vector<std::pair<std::string, double*>> list = setup.system->scalars();
+  for (const auto& number : setup.step_control.scalars()) list.push_back(number);
+  if (setup.fluid != nullptr)
+    for (const auto& number : setup.fluid->scalars()) list.push_back(number);
+  return list;
+}
+
 /// Fingerprint of what a restart must share with the run it goes on from: the input without comments, title, output,
-/// expected values and end time.
+/// expected values, end time and what is done where a step does not converge.
 std::string fingerprint_of_physics(const std::string& json) {
-  return io::fingerprint(input::canonical_text(json, {"/title", "/output", "/expect", "/time/end"}));
+  return io::fingerprint(input::canonical_text(json, {"/title", "/output", "/expect", "/time/end", "/time/halvings"}));
 }
 
 }  // namespace
 
 void save_checkpoint(Setup& setup, const io::RunPaths& paths, const std::string& json, GlobalIndex step, double time) {
   Timed timed("checkpoint");
+  count("checkpoints");
   StateList list = list_state(setup);
   for (std::size_t k = 0; k < list.vectors.size(); ++k) {
     const double* values = nullptr;
@@ -60,8 +65,7 @@ void save_checkpoint(Setup& setup, const io::RunPaths& paths, const std::string&
   header.step = step;
   header.time = time;
   header.case_fingerprint = fingerprint_of_physics(json);
-  if (setup.fluid != nullptr)
-    for (const auto& [name, value] : setup.fluid->scalars()) header.numbers[name] = *value;
+  for (const auto& [name, value] : list_numbers(setup)) header.numbers[name] = *value;
   if (setup.acceleration != nullptr) {
     const std::vector<double> history = setup.acceleration->history();
     if (!history.empty()) header.vectors["acceleration"] = history;
@@ -92,13 +96,11 @@ GlobalIndex load_checkpoint(Setup& setup, const io::RunPaths& paths, const std::
     std::copy(list.storage[k].begin(), list.storage[k].end(), values);
     FBI_PETSC(VecRestoreArray(list.vectors[k].second, &values));
   }
-  if (setup.fluid != nullptr) {
-    for (const auto& [name, value] : setup.fluid->scalars()) {
-      const auto found = header.numbers.find(name);
-      if (found != header.numbers.end()) *value = found->second;
-    }
-    setup.fluid->state_restored();
+  for (const auto& [name, value] : list_numbers(setup)) {
+    const auto found = header.numbers.find(name);
+    if (found != header.numbers.end()) *value = found->second;
   }
+  if (setup.fluid != nullptr) setup.fluid->state_restored();
   setup.system->drop_caches();
   return step;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/counters.hpp"
 #include "base/error.hpp"
 #include "base/log.hpp"
 #include "base/signals.hpp"
@@ -24,6 +25,7 @@ bool is_finite(double cfl, double violation, const std::vector<double>& values) 
 
 void write_fields(const Setup& setup, io::ResultWriter& writer, GlobalIndex step, double time) {
   Timed timed("output");
+  count("outputs");
   std::vector<io::NodeField> fields;
   Vec form = nullptr;  // with ghosts: images of periodic faces are among them
   const double* values = nullptr;
@@ -39,7 +41,7 @@ void write_fields(const Setup& setup, io::ResultWriter& writer, GlobalIndex step
     fibers.dofs = &setup.beams->accepted_dofs();
     fibers.velocity = &setup.beams->accepted_velocity();
     if (setup.system->is_coupled()) {
-      force = setup.system->coupling().at_nodes(setup.system->lambda_old());
+      force = setup.system->line_force();
       fibers.force = &force;
     }
   }
@@ -110,6 +112,11 @@ bool Recorder::after_step(const fsi::StepClock& clock, const fsi::StepReport& re
   newton_.add(report.newton);
   krylov_.add(report.krylov);
   coupling_.add(report.coupling_iterations);
+  repeated_ += report.failures;
+  if (report.parts > 1) {
+    ++divided_;
+    smallest_dt_ = smallest_dt_ > 0.0 ? std::min(smallest_dt_, clock.dt) : clock.dt;
+  }
   print_line(clock, report, cfl, violation, seconds);
   const double tolerance = setup_.parameters.time.steady_tolerance;
   const double rate = tolerance > 0.0 ? setup_.fluid->relative_rate() : 0.0;
@@ -138,6 +145,7 @@ bool Recorder::after_step(const fsi::StepClock& clock, const fsi::StepReport& re
 
 std::string Recorder::keep_last_state(const std::string& failure) {
   history_.write_failure(failure);
+  history_.write_work(counted_work(setup_.fiber_mesh->comm));
   const std::string restart = "fbi-run " + options_.case_path + " --restart last";
   if (clock_.step == first_)
     return first_ > 0
@@ -178,8 +186,15 @@ std::string Recorder::iterations_text() const {
   add(setup_.acceleration != nullptr, "coupling", coupling_);
   add(true, "Newton", newton_);
   add(setup_.fluid != nullptr, "Krylov", krylov_);
-  return log::format("%lld step%s, iterations a step: %s (most: %s)", static_cast<long long>(steps),
-                     steps > 1 ? "s" : "", mean.c_str(), most.c_str());
+  std::string text = log::format("%lld step%s, iterations a step: %s (most: %s)", static_cast<long long>(steps),
+                                 steps > 1 ? "s" : "", mean.c_str(), most.c_str());
+  if (repeated_ + divided_ > 0)
+    text += log::format(
+        "\n%ld attempt%s did not converge and %s repeated with a smaller dt; %ld step%s done in parts, "
+        "the smallest of %.6g",
+        repeated_, repeated_ == 1 ? "" : "s", repeated_ == 1 ? "was" : "were", divided_,
+        divided_ == 1 ? " was" : "s were", divided_ > 0 ? smallest_dt_ : setup_.dt);
+  return text;
 }
 
 // One line a step, in columns; those that mean nothing for this case are left out.

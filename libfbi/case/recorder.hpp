@@ -75,6 +75,8 @@ class Recorder {
     void add(int value);
   };
   Count newton_, krylov_, coupling_;
+  long divided_ = 0, repeated_ = 0;  // steps done in parts, attempts that were repeated
+  double smallest_dt_ = 0.0;
 };
 
 }  // namespace fbi::cases

@@ -204,6 +204,10 @@ void describe_time(Visitor& v, CaseParameters& p) {
                  "squares); 0: never",
                  "1/time"),
            p.time.steady_tolerance, at_least(0.0));
+  v.integer(field("halvings",
+                  "a step that does not converge is repeated in parts of step/2, step/4, ... at least step/2^halvings; "
+                  "0: never"),
+            p.time.halvings, between(0, 20));
   v.object(field("fluid", "time scheme of the fluid").optional(), "Fluid time",
            [&](Visitor& inner) { describe_fluid_time(inner, p.fluid_time); });
   v.object(field("beam", "time scheme of the fibers").optional(), "Beam time",

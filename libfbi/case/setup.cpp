@@ -65,6 +65,7 @@ Setup make_setup(const CaseParameters& parameters, std::unique_ptr<mesh::HexMesh
   setup.fluid_mesh = std::move(fluid);
   setup.fiber_mesh = std::move(fibers);
   choose_steps(setup);
+  setup.step_control = fsi::StepControl(setup.dt > 0.0 ? parameters.time.halvings : 0);
   if (setup.fluid_mesh != nullptr) {
     Timed timed("fluid setup");
     setup.fluid = std::make_unique<fluid::FluidField>(*setup.fluid_mesh, *parameters.fluid, parameters.boundaries(),

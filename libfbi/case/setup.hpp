@@ -6,6 +6,7 @@
 
 #include "case/schema.hpp"
 #include "fsi/acceleration.hpp"
+#include "fsi/step_control.hpp"
 #include "fsi/system.hpp"
 
 namespace fbi::cases {
@@ -19,7 +20,8 @@ struct Setup {
   std::unique_ptr<beam::BeamField> beams;
   std::unique_ptr<fsi::System> system;
   std::unique_ptr<fsi::Acceleration> acceleration;  ///< null for monolithic
-  double dt = 0.0;                                  ///< 0: one steady solution
+  fsi::StepControl step_control;
+  double dt = 0.0;  ///< 0: one steady solution
   GlobalIndex steps = 0;
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/counters.hpp"
 #include "base/error.hpp"
 #include "base/log.hpp"
 #include "base/timer.hpp"
@@ -74,12 +75,39 @@ struct Coupling::Implementation {
     offsets = row_offsets(exchange.comm(), side.first_row(fibers.fibers()));
   }
 
+  /// Cells of the given elements. Collective.
+  void find_segments(const std::vector<ElementGeometry>& some, ElementSegments& result) {
+    if (parameters.integration == Integration::element)
+      cutting.place_points(some, side.rule(), result);
+    else
+      cutting.cut(some, result);
+  }
+
+  /// 1 for elements whose curve is, bit by bit, the one that was cut last: their segments are what a new search finds.
+  std::vector<char> unchanged_elements() const {
+    std::vector<char> kept(elements.size(), 0);
+    for (std::size_t e = 0; e < cut_curves.size(); ++e) kept[e] = cut_curves[e] == elements[e].curve;
+    return kept;
+  }
+
   /// Cells of all elements, then the numbers of rows. Collective.
   void cut() {
-    if (parameters.integration == Integration::element)
-      cutting.place_points(elements, side.rule(), cuts);
-    else
-      cutting.cut(elements, cuts);
+    const std::vector<char> kept = unchanged_elements();
+    const GlobalIndex reused = std::count(kept.begin(), kept.end(), 1);
+    count_parts("elements cut", static_cast<GlobalIndex>(elements.size()) - reused);
+    count_parts("elements with old segments", reused);
+    if (reused == 0) {
+      find_segments(elements, cuts);
+    } else {
+      std::vector<ElementGeometry> moved;
+      for (std::size_t e = 0; e < elements.size(); ++e)
+        if (!kept[e]) moved.push_back(elements[e]);
+      ElementSegments news;
+      find_segments(moved, news);
+      merge_segments(kept, news, cuts);
+    }
+    cut_curves.resize(elements.size());
+    for (std::size_t e = 0; e < elements.size(); ++e) cut_curves[e] = elements[e].curve;
     const Index rows = side.number_rows(cuts);
     if (!side.basis().is_lagrange()) offsets = row_offsets(exchange.comm(), rows);
     for (Index e = 0; e < fibers.elements(); ++e)
@@ -221,6 +249,7 @@ struct Coupling::Implementation {
   std::vector<Symmetric> interface_rows;
   std::vector<GlobalIndex> offsets;       ///< first row of each rank, shape=(ranks+1)
   std::vector<ElementGeometry> elements;  ///< of this rank's fibers
+  std::vector<Curve> cut_curves;          ///< of the elements, that `cuts` belong to; empty at first
   ElementSegments cuts;
   Pieces pieces;
   LocalM m;
@@ -247,6 +276,7 @@ void Coupling::update(const std::vector<double>& dofs) {
   if (my.exchange.comm().any(!finite))
     throw Error(ExitCode::diverged,
                 "the fibers have positions that are not numbers: reduce the time step or the loads");
+  count("searches");
   my.set_curves(dofs);
   {
     const Timed search("search and cut");
@@ -256,6 +286,7 @@ void Coupling::update(const std::vector<double>& dofs) {
   Index failed = 0;
   {
     const Timed assembly("integrate M");
+    count("builds of M");
     my.cutting.deliver(my.elements, my.cuts, my.pieces);
     failed = my.parameters.kernel == Operator::ring
                  ? assemble_ring_m(my.fluid, my.pieces, my.side.rule(), my.side.basis(), my.cutting, my.exchange, my.m)

@@ -11,6 +11,7 @@ struct Cubic {
   double c[4];
   double value(double x) const { return c[0] + x * (c[1] + x * (c[2] + x * c[3])); }
   double slope(double x) const { return c[1] + x * (2.0 * c[2] + x * 3.0 * c[3]); }
+  bool operator==(const Cubic&) const = default;
 };
 
 /// Center line r(x), x in [-1, 1], of one element, by component [length]. Trivially copyable: it travels between ranks.
@@ -25,6 +26,7 @@ struct Curve {
       result.c[k] = n[0] * component[0].c[k] + n[1] * component[1].c[k] + n[2] * component[2].c[k];
     return result;
   }
+  bool operator==(const Curve&) const = default;
 };
 
 /// r(x) of SPEC section 2 in powers of x.

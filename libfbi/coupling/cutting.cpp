@@ -23,6 +23,20 @@ struct Delivery {
 
 }  // namespace
 
+void merge_segments(const std::vector<char>& kept, const ElementSegments& moved, ElementSegments& all) {
+  ElementSegments merged;
+  merged.first.assign(1, 0);
+  std::size_t next = 0;
+  for (std::size_t e = 0; e < kept.size(); ++e) {
+    const ElementSegments& from = kept[e] ? all : moved;
+    const std::size_t element = kept[e] ? e : next++;
+    merged.segments.insert(merged.segments.end(), from.segments.begin() + from.first[element],
+                           from.segments.begin() + from.first[element + 1]);
+    merged.first.push_back(static_cast<Index>(merged.segments.size()));
+  }
+  all = std::move(merged);
+}
+
 Cutting::Cutting(const mesh::HexMesh& mesh, search::SparseExchange& exchange, const std::vector<Vec3>& periods)
     : mesh_(mesh),
       exchange_(exchange),

@@ -28,6 +28,9 @@ struct ElementSegments {
   std::vector<Segment> segments;
 };
 
+/// Puts the segments of moved elements, in their order, in the places of the elements that are not `kept`.
+void merge_segments(const std::vector<char>& kept, const ElementSegments& moved, ElementSegments& all);
+
 /// A segment in a cell of this rank.
 struct Piece {
   Index geometry = 0;  ///< index into Pieces::geometries

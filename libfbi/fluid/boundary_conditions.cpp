@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "base/counters.hpp"
 #include "base/error.hpp"
 #include "base/log.hpp"
 #include "fem/hex8.hpp"
@@ -135,6 +136,11 @@ Boundaries::Boundaries(const mesh::HexMesh& mesh, const BoundaryConditions& cond
   has_timed_velocity_ = mesh.comm.any(timed);
 }
 
+bool Boundaries::has_backflow() const {
+  return std::any_of(conditions_.begin(), conditions_.end(),
+                     [](const Condition& c) { return is_open(c.data.type) && c.data.backflow; });
+}
+
 void Boundaries::evaluate_traction(LoadedFace& loaded, double t, std::string& error) const {
   const Condition& condition = conditions_[loaded.condition];
   const FacePoints at = face_points(mesh_, loaded.face);
@@ -155,9 +161,11 @@ void Boundaries::evaluate_traction(LoadedFace& loaded, double t, std::string& er
 
 void Boundaries::set_time(double t) {
   std::string error;
+  GlobalIndex evaluated = 0;
   for (std::size_t k = 0; k < given_.size(); ++k) {
     const auto& [unknown, formula, name] = given_[k];
     if (formula == nullptr || (evaluated_ && !formula->depends_on_time())) continue;
+    ++evaluated;
     const double* x = mesh_.node(static_cast<Index>(unknown / 4));
     given_value_[k] = (*formula)(x[0], x[1], x[2], t);
     if (!std::isfinite(given_value_[k]))
@@ -168,8 +176,10 @@ void Boundaries::set_time(double t) {
     if (evaluated_ && !data.pressure.depends_on_time() &&
         std::none_of(data.traction.begin(), data.traction.end(), [](const auto& h) { return h.depends_on_time(); }))
       continue;
+    ++evaluated;
     evaluate_traction(loaded, t, error);
   }
+  count_parts("boundary values evaluated", evaluated);
   evaluated_ = true;
   agree_on_error(mesh_.comm, ExitCode::diverged, error);
   if (mesh_.has_images()) take_values_of_masters();

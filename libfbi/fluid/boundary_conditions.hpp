@@ -30,6 +30,8 @@ class Boundaries {
   const std::vector<NormalConstraint>& constraints() const { return constraints_; }
   /// Some given velocity depends on time, on some rank.
   bool has_timed_velocity() const { return has_timed_velocity_; }
+  /// Some condition resists backflow, on whatever rank its faces are.
+  bool has_backflow() const;
   /// Evaluates velocities and tractions at time t; formulas without t only once. Throws Error(diverged) for a value
   /// that is not finite. Collective.
   void set_time(double t);

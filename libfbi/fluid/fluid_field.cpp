@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/counters.hpp"
 #include "base/log.hpp"
 #include "base/timer.hpp"
 #include "fem/hex8.hpp"
@@ -82,6 +83,7 @@ struct FluidField::Implementation {
   double smallest_cell = 0.0;
   RateFormula formula;
   double theta = 1.0, dt = 0.0;
+  double tau_sigma = -1.0, tau_dt = -1.0;  // that tau was computed for
   Linearization convection = Linearization::newton;
   // history beyond the vectors; doubles so that a restart can hold them
   double previous_dt = 0.0, accepted_steps = 0.0, startup_left = 0.0;
@@ -247,6 +249,7 @@ void FluidField::initialize() {
 void FluidField::Implementation::evaluate_body_force(double t) {
   if (is_zero(parameters.body_force)) return;
   if (!body_force.empty() && !depends_on_time(parameters.body_force)) return;
+  count_parts("body forces evaluated", mesh.local_nodes());
   body_force.resize(unknowns());
   std::string error;
   for (Index n = 0; n < mesh.local_nodes(); ++n) {
@@ -271,6 +274,12 @@ void FluidField::Implementation::compute_rest() {
 }
 
 void FluidField::Implementation::update_tau() {
+  // Without convection tau depends on the time step alone.
+  const bool constant = parameters.convective_form == ConvectiveForm::none;
+  if (constant && tau_sigma == formula.sigma && tau_dt == dt) return;
+  tau_sigma = formula.sigma;
+  tau_dt = dt;
+  count("tau updates");
   const double speed = largest_speed(iterate);
   LocalArray u(iterate);
   if (steady()) cells.set_step(0.0, 0.0);  // pseudo-time is no part of the answer
@@ -305,7 +314,7 @@ void FluidField::begin_step(double time, double dt) {
   if (f.steady())
     f.formula = {};
   else
-    f.formula = by_bdf2 && f.startup_left == 0 ? bdf2(dt) : one_step_theta(f.theta, dt);
+    f.formula = by_bdf2 && f.startup_left == 0 ? bdf2(dt, f.previous_dt) : one_step_theta(f.theta, dt);
   f.boundaries.set_time(time);
   f.evaluate_body_force(time);
   f.cells.set_step(f.formula.sigma, f.dt);
@@ -370,6 +379,7 @@ void FluidField::Implementation::sum_residual() {
 
 void FluidField::residual(Vec r) {
   const Timed timed("fluid residual");
+  count("fluid residuals");
   Implementation& f = *implementation_;
   f.sum_residual();
   LocalArray s(f.sum);
@@ -411,6 +421,7 @@ void FluidField::linearize() {
 
 void FluidField::apply_jacobian(Vec x, Vec y) {
   const Timed timed("fluid jacobian");
+  count("fluid tangent products");
   Implementation& f = *implementation_;
   const std::vector<char>& fixed = f.boundaries.is_dirichlet();
   const PetscScalar* in = nullptr;
@@ -451,6 +462,7 @@ SingleTangent* FluidField::single_tangent() {
 
 linalg::MatHandle FluidField::assemble_jacobian() {
   const Timed timed("fluid assembly");
+  count("fluid tangents assembled");
   Implementation& f = *implementation_;
   if (!f.jacobian) f.jacobian = std::make_unique<NodeMatrix>(f.mesh, 4);
   NodeMatrix& matrix = *f.jacobian;
@@ -513,6 +525,10 @@ const FluidParameters& FluidField::parameters() const { return implementation_->
 linalg::VecHandle FluidField::create_vector() const { return create_ghosted(implementation_->mesh); }
 double FluidField::sigma() const { return implementation_->formula.sigma; }
 RateFormula FluidField::rate_formula() const { return implementation_->formula; }
+bool FluidField::is_linear() const {
+  const Implementation& f = *implementation_;
+  return f.parameters.convective_form == ConvectiveForm::none && !f.boundaries.has_backflow();
+}
 bool FluidField::is_steady() const { return implementation_->steady(); }
 double FluidField::theta() const { return implementation_->theta; }
 Vec FluidField::iterate() { return implementation_->iterate; }
@@ -590,6 +606,7 @@ Vec3 FluidField::momentum(Vec u) {
 
 std::vector<std::pair<std::string, Vec>> FluidField::state() {
   const Implementation& f = *implementation_;
+  if (f.steady()) return {{"velocity_pressure", f.accepted}};  // no step follows
   return {{"velocity_pressure", f.accepted}, {"velocity_pressure_before", f.previous}, {"acceleration", f.rate}};
 }
 

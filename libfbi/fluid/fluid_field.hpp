@@ -52,6 +52,8 @@ class FluidField {
   double theta() const;  ///< of this step (1 in start-up steps after an impulsive start, for BDF2 and for steady)
   RateFormula rate_formula() const;  ///< of this step
   bool is_steady() const;
+  /// No term of the equations is nonlinear: the tangent changes with the time step only. The same on every rank.
+  bool is_linear() const;
 
   /// How the convecting velocity is treated; newton if never called. Takes effect with the next begin_step or, between
   /// newton and picard, with the next tangent.

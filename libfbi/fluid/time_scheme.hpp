@@ -13,7 +13,12 @@ struct RateFormula {
 /// v' = (v_{n+1} - v_n)/(theta dt) - (1/theta - 1) v'_n.
 inline RateFormula one_step_theta(double theta, double dt) { return {1 / (theta * dt), 0.0, 1 - 1 / theta}; }
 
-/// v' = (3 v_{n+1} - 4 v_n + v_{n-1})/(2 dt), equal steps (Curtiss, Hirschfelder 1952).
-inline RateFormula bdf2(double dt) { return {1.5 / dt, 0.5 / dt, 0.0}; }
+/// v' = (3 v_{n+1} - 4 v_n + v_{n-1})/(2 dt) (Curtiss, Hirschfelder 1952), for steps of different size the derivative
+/// at t_{n+1} of the parabola through the three: with r = dt/dt_before the factor of v_{n+1} - v_n is (1 + 2 r)/((1 +
+/// r) dt) and that of v_{n-1} - v_n is r^2/((1 + r) dt). Stable for r < 1 + sqrt(2).
+inline RateFormula bdf2(double dt, double dt_before) {
+  const double r = dt / dt_before;
+  return {(1 + 2 * r) / ((1 + r) * dt), r * r / ((1 + r) * dt), 0.0};
+}
 
 }  // namespace fbi::fluid

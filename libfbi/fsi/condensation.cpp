@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/counters.hpp"
 #include "base/timer.hpp"
 
 namespace fbi::fsi {
@@ -48,6 +49,7 @@ void add_compliance(const System& system, coupling::InterfaceOperator& s) {
   const beam::BeamField& beams = system.beams();
   const double factor = beams.velocity_per_displacement() * system.weight();
   if (factor == 0.0) return;
+  count("condensations");
   beam::RowMatrix compliance;
   for (Index f = 0; f < fibers.fibers(); ++f) {
     if (beams.is_fixed(f) || fibers.is_joined(f)) continue;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "base/counters.hpp"
 #include "base/timer.hpp"
 #include "linalg/vector_access.hpp"
 
@@ -39,6 +40,7 @@ bool ExtendedSystem::solve(Vec b, Vec x) {
 
 bool ExtendedSystem::factorize() {
   Timed timed("direct factorisation");
+  count("direct factorizations");
   const mesh::HexMesh& mesh = fluid_.mesh();
   jacobian_ = fluid_.assemble_jacobian();
   const PetscInt owned = 4 * mesh.owned_nodes;

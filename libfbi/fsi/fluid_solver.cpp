@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/counters.hpp"
 #include "base/timer.hpp"
 #include "coupling/complete_rows.hpp"
 #include "linalg/vector_access.hpp"
@@ -248,6 +249,7 @@ void FluidSolver::renew_pressure() {
   pressure_scale_ = density * sigma;
   if (pressure_ != nullptr) return;
   Timed timed("pressure setup");
+  count("pressure setups");
   const mesh::HexMesh& mesh = fluid_.mesh();
   if (linalg::TensorPoisson::supports(mesh)) {
     pressure_ = std::make_unique<linalg::TensorPoisson>(mesh, robin_ends(1.0));
@@ -281,6 +283,7 @@ void FluidSolver::renew_projected_pressure() {
                          std::abs(mean - projection_) <= 0.1 * projection_;
   if (unchanged) return;
   Timed timed("pressure setup");
+  count("pressure setups");
   pressure_scale_ = 1.0;
   projected_inertia_ = inertia;
   projection_ = mean;
@@ -316,6 +319,7 @@ bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed) 
 
 bool FluidSolver::renew_factor() {
   Timed timed("multiplier factor");
+  count("multiplier factorizations");
   const linalg::MultiplierRows rows = coupling::complete_rows(fluid_.mesh(), *coupling_, weight_->values());
   std::vector<linalg::InterfaceBlock> blocks;
   for (Index f = 0; f < interface_->fibers(); ++f) {
@@ -334,7 +338,11 @@ bool FluidSolver::renew_factor() {
 
 bool FluidSolver::prepare(bool geometry_changed, bool interface_changed, bool tangent_changed) {
   if (!tangent_changed) return true;
-  if (direct_ != nullptr) return direct_->factorize();
+  if (direct_ != nullptr) {
+    const bool kept = fluid_.is_linear() && factor_sigma_ == fluid_.sigma() && !geometry_changed && !interface_changed;
+    factor_sigma_ = fluid_.sigma();
+    return kept || direct_->factorize();
+  }
   if (reference_ != nullptr) return reference_->prepare(geometry_changed, continuity_scale());
   renew_pressure();
   if (!renew_velocity(geometry_changed, interface_changed)) return false;
@@ -404,6 +412,7 @@ linalg::KrylovResult FluidSolver::solve_single(Vec b, Vec x, double tolerance, i
 
 linalg::KrylovResult FluidSolver::solve(Vec b, Vec x, double tolerance) {
   Timed timed("linear solve");
+  count("linear solves");
   const mesh::HexMesh& mesh = fluid_.mesh();
   if (direct_ != nullptr) {
     linalg::KrylovResult result;

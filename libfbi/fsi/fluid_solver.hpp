@@ -96,6 +96,7 @@ class FluidSolver {
   double steady_scale_ = 1.0;
   std::unique_ptr<SingleSolver> single_;
   std::vector<float> single_right_, single_solution_;
+  double factor_sigma_ = -1.0;  // that the direct factors were made for
   std::unique_ptr<VelocityWeight> weight_;
   linalg::MultiplierFactor factor_;
   /// How the factor of the multipliers ages: it is kept while S and W change and iterations stay few.

@@ -26,17 +26,9 @@ InterfaceMap::InterfaceMap(System& system, StepReport& report, double time, doub
 
 std::vector<double> InterfaceMap::predict() {
   const std::vector<double>&now = system_.force_old(), &old = system_.force_older(), &oldest = system_.force_oldest();
-  std::vector<double> x = now;
-  for (std::size_t k = 0; k < x.size(); ++k) switch (system_.scheme().force_predictor) {
-      case ForcePredictor::constant:
-        break;
-      case ForcePredictor::linear:
-        x[k] = 2.0 * now[k] - old[k];
-        break;
-      case ForcePredictor::quadratic:
-        x[k] = 3.0 * (now[k] - old[k]) + oldest[k];
-        break;
-    }
+  const std::array<double, 3> weight = system_.extrapolation(static_cast<int>(system_.scheme().force_predictor));
+  std::vector<double> x(now.size());
+  for (std::size_t k = 0; k < x.size(); ++k) x[k] = weight[0] * now[k] + weight[1] * old[k] + weight[2] * oldest[k];
   if (!implicit_) return x;
   // The velocity that this force gives the fibers is that of the x of the implicit form.
   Timed timed("fiber solve");

@@ -73,6 +73,7 @@ StepReport solve_monolithic(System& system) {
   double fluid_reference = 0.0, fiber_reference = 0.0;
   // Fibers that do not follow the fluid are where they will be from the start.
   bool geometry_changed = coupled && system.update_geometry(system.first_positions());
+  bool stale = system.take_staleness();  // what the solver keeps of fibers that do not move
   const bool iterated = coupled && system.scheme().geometry_update == GeometryUpdate::iterated && moving;
   const bool can_keep = !iterated && !linearized && !system.comm().any(moving && !system.beams().keep_tangents());
   double fluid_before = 0.0, fiber_before = 0.0;
@@ -159,12 +160,13 @@ StepReport solve_monolithic(System& system) {
       system.solver().project_residual(residual);
     }
     if (!keep) fluid.linearize();
-    if (!system.solver().prepare(geometry_changed || iteration == 0, moving || iteration == 0, !keep)) break;
-    geometry_changed = false;
+    if (!system.solver().prepare(geometry_changed || (moving && iteration == 0) || stale, moving || stale, !keep)) break;
+    geometry_changed = stale = false;
     FBI_PETSC(VecScale(residual, -1.0));
     const double tolerance = tolerance_of(system, system.fluid_norm(residual), fluid_reference);
     const linalg::KrylovResult result = system.solver().solve(residual, increment, tolerance);
     report.krylov += result.iterations;
+    if (result.iterations > many_iterations) system.mark_stale();
     ++report.newton;
     ++report.evaluations;
     if (!result.converged && !(result.relative_residual < 0.5)) {

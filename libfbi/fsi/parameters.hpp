@@ -22,9 +22,9 @@ enum class GeometryUpdate {
 };
 /// The interaction force that the iteration of a partitioned scheme starts from.
 enum class ForcePredictor {
-  constant,  ///< f_n
-  linear,    ///< 2 f_n - f_{n-1}
-  quadratic  ///< 3 f_n - 3 f_{n-1} + f_{n-2}
+  constant = 0,  ///< f_n
+  linear = 1,    ///< 2 f_n - f_{n-1} for steps of one size
+  quadratic = 2  ///< 3 f_n - 3 f_{n-1} + f_{n-2} for steps of one size
 };
 /// How newton_krylov evaluates the fields for the differences of the Jacobian.
 enum class Differences {
@@ -96,6 +96,7 @@ struct TimeParameters {
   double end = 0.0;   ///< [time]
   /// The run ends when the root mean square of dv/dt fell below this times that of v [1/time]; 0 = never.
   double steady_tolerance = 0.0;
+  Index halvings = 4;  ///< a step that does not converge is repeated in parts of at least step/2^halvings
 };
 
 }  // namespace fbi::fsi

@@ -127,11 +127,14 @@ void System::accept_step() {
   if (coupling_ != nullptr) {
     if (scheme_.direction != Direction::fluid_only) last_force_ = fiber_force(lambda_);
     lambda_old_ = lambda_;
+    if (!coupling_->has_fixed_rows()) line_force_ = coupling_->at_nodes(lambda_old_);
     force_oldest_ = std::move(force_older_);
     force_older_ = force_old_;
     std::fill(force_old_.begin(), force_old_.end(), 0.0);
     coupling_->add_d_transposed(lambda_.data(), force_old_, 1.0);
   }
+  older_dt_ = last_dt_;
+  last_dt_ = dt_;
   if (fluid_ != nullptr) fluid_->accept_step();
   if (beams_ == nullptr) return;
   last_motion_ = beams_->accepted_dofs();
@@ -148,18 +151,50 @@ bool System::update_geometry(const std::vector<double>& dofs) {
   return true;
 }
 
+bool System::take_staleness() {
+  const bool stale = stale_ || solver_dt_ != dt_;
+  stale_ = false;
+  solver_dt_ = dt_;
+  return stale;
+}
+
 std::vector<double> System::first_positions() const {
   if (scheme_.geometry_update == GeometryUpdate::iterated) return beams_->dofs();
   std::vector<double> dofs = beams_->accepted_dofs();
+  const double ratio = last_dt_ > 0.0 ? dt_ / last_dt_ : 1.0;
   if (scheme_.geometry_update == GeometryUpdate::extrapolated)
-    for (std::size_t k = 0; k < dofs.size(); ++k) dofs[k] += last_motion_[k];
+    for (std::size_t k = 0; k < dofs.size(); ++k) dofs[k] += ratio * last_motion_[k];
   return dofs;
+}
+
+std::array<double, 3> System::extrapolation(int degree) const {
+  const double h0 = dt_, h1 = last_dt_ > 0.0 ? last_dt_ : dt_, h2 = older_dt_ > 0.0 ? older_dt_ : h1;
+  if (degree == 0 || !(h0 > 0.0)) return {1.0, 0.0, 0.0};
+  if (degree == 1) return {1.0 + h0 / h1, -h0 / h1, 0.0};
+  return {(h0 + h1) * (h0 + h1 + h2) / (h1 * (h1 + h2)), -h0 * (h0 + h1 + h2) / (h1 * h2),
+          h0 * (h0 + h1) / ((h1 + h2) * h2)};
+}
+
+std::vector<std::pair<std::string, std::vector<double>*>> System::fiber_state() {
+  std::vector<std::pair<std::string, std::vector<double>*>> list;
+  if (beams_ != nullptr) list = beams_->state();
+  if (is_coupled())
+    list.insert(list.end(), {{"coupling_force", &force_old_},
+                             {"coupling_force_older", &force_older_},
+                             {"coupling_force_oldest", &force_oldest_},
+                             {"last_motion", &last_motion_}});
+  return list;
+}
+
+std::vector<double> System::line_force() const {
+  return coupling_->has_fixed_rows() || line_force_.empty() ? coupling_->at_nodes(lambda_old_) : line_force_;
 }
 
 void System::interpolate(Vec u, std::vector<double>& out) const { fsi::interpolate(*coupling_, u, out); }
 
 void System::drop_caches() {
-  has_geometry_ = false;
+  has_geometry_ = stale_ = false;
+  solver_dt_ = -1.0;
   solver_.reset();
 }
 

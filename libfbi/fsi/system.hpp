@@ -1,7 +1,10 @@
 /// The parts of a coupled problem that every scheme works on, and what a step reports.
 #pragma once
 
+#include <array>
 #include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "beam/beam_field.hpp"
@@ -29,6 +32,8 @@ struct StepReport {
   int coupling_iterations = 0;  ///< of a partitioned scheme; 1 for monolithic
   int evaluations = 0;          ///< solutions of both fields, each one solve of the fluid and one of the fibers
   int interface_krylov = 0;     ///< Krylov iterations of newton_krylov on the interface
+  int parts = 1;                ///< that the step was done in
+  int failures = 0;             ///< attempts that did not converge, repeated with a smaller part
   double residual = 0.0;        ///< largest of the norms that the step ended with
   double relaxation = 0.0;      ///< last relaxation factor of a partitioned scheme
   std::vector<ResidualNorms> history;
@@ -73,6 +78,11 @@ class System {
   /// Forget what the last geometry was built from (after a restart, or to make a checkpoint reproducible).
   void drop_caches();
 
+  /// What the solver keeps of M, S and the sizes of steps is to be renewed before its next solution: after a change of
+  /// dt, and when mark_stale was called because it serves badly. Asking clears it.
+  bool take_staleness();
+  void mark_stale() { stale_ = true; }
+
   /// w f_{n+1} + (1-w) f_n with f = D^T lambda for multipliers `lambda`, shape=(fiber nodes,6).
   std::vector<double> fiber_force(const std::vector<double>& lambda) const;
   /// Slip M v - D v_b of the iterates, shape=(rows,3). Collective.
@@ -112,6 +122,19 @@ class System {
   /// d_n - d_{n-1}, shape=(fiber nodes,6).
   std::vector<double>& last_motion() { return last_motion_; }
   const std::vector<double>& last_motion() const { return last_motion_; }
+  /// Those arrays by name, and the sizes of the last two steps: what a restart needs of the interface.
+  std::vector<std::pair<std::string, std::vector<double>*>> fiber_state();
+  std::vector<std::pair<std::string, double*>> scalars() {
+    return {{"dt_last", &last_dt_}, {"dt_before_last", &older_dt_}};
+  }
+  /// Weights of f_n, f_{n-1}, f_{n-2} in the polynomial of `degree` 0, 1 or 2 through them at t_{n+1}, for the sizes
+  /// that the steps have.
+  std::array<double, 3> extrapolation(int degree) const;
+  /// The line force of lambda_n at the nodes for output, shape=(fiber nodes,3).
+  std::vector<double> line_force() const;
+  /// It, where it cannot be taken from lambda_n any more once the positions change; else empty.
+  std::vector<double>& saved_line_force() { return line_force_; }
+  std::vector<double>& lambda_old() { return lambda_old_; }
   /// lambda_n for output, shape=(rows of that step,3). No solution depends on it: the number of rows may change.
   const std::vector<double>& lambda_old() const { return lambda_old_; }
 
@@ -140,7 +163,10 @@ class System {
   std::vector<double> geometry_dofs_;
   std::vector<double> lambda_, lambda_old_;
   std::vector<double> force_old_, force_older_, force_oldest_, last_force_, last_motion_;
-  double dt_ = 0.0;
+  std::vector<double> line_force_;  // of lambda_old_, for bases without fixed rows
+  bool stale_ = false;
+  double solver_dt_ = -1.0;                           // that the solver was renewed for
+  double dt_ = 0.0, last_dt_ = 0.0, older_dt_ = 0.0;  // of this step and of accepted ones; 0: none
 };
 
 }  // namespace fbi::fsi

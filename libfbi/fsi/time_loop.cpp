@@ -23,6 +23,8 @@ StepReport solve_fibers(System& system) {
   return report;
 }
 
+}  // namespace
+
 std::string describe(const StepReport& report, const StepClock& clock) {
   std::string text = log::format(
       "step %lld (t = %.6g) did not converge: %s residual %.3e after %d nonlinear, %d Krylov and %d "
@@ -35,16 +37,16 @@ std::string describe(const StepReport& report, const StepClock& clock) {
     text +=
         log::format(" (relative: fluid %.2e, fibers %.2e, constraint %.2e)", last.fluid, last.fiber, last.constraint);
   }
-  if (clock.dt == 0.0)
-    return text +
-           "; the flow may have no steady state: give a closer fluid.initial_velocity, or run in time and let "
-           "time.steady_tolerance end the run";
-  return text +
-         "; try a smaller time.step, or raise solver.newton_iterations, solver.krylov_iterations or "
-         "coupling.max_iterations if the residual was still falling";
+  return text;
 }
 
-}  // namespace
+std::string remedy(const StepClock& clock) {
+  if (clock.dt == 0.0)
+    return "; the flow may have no steady state: give a closer fluid.initial_velocity, or run in time and let "
+           "time.steady_tolerance end the run";
+  return "; try a smaller time.step or more time.halvings, or raise solver.newton_iterations, solver.krylov_iterations "
+         "or coupling.max_iterations if the residual was still falling";
+}
 
 StepReport solve_step(System& system, Acceleration* acceleration, const StepClock& clock) {
   Timed timed("step");
@@ -58,16 +60,12 @@ StepReport solve_step(System& system, Acceleration* acceleration, const StepCloc
   return solve_monolithic(system);
 }
 
-LoopEnd run_time_loop(System& system, Acceleration* acceleration, GlobalIndex first, GlobalIndex last, double dt,
-                      const StepObserver& after_step, std::string& failure) {
+LoopEnd run_time_loop(System& system, Acceleration* acceleration, StepControl& control, GlobalIndex first,
+                      GlobalIndex last, double dt, const StepObserver& after_step, std::string& failure) {
   for (GlobalIndex step = first + 1; step <= last; ++step) {
-    const StepClock clock{step, static_cast<double>(step) * dt, dt};
-    const StepReport report = solve_step(system, acceleration, clock);
-    if (!report.converged) {
-      failure = describe(report, clock);
-      return LoopEnd::failed;
-    }
-    system.accept_step();
+    StepClock clock{step, static_cast<double>(step) * dt, dt};
+    StepReport report;
+    if (!control.advance(system, acceleration, clock, report, failure)) return LoopEnd::failed;
     if (after_step(clock, report)) return LoopEnd::stopped;
   }
   return LoopEnd::finished;

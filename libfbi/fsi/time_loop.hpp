@@ -6,16 +6,10 @@
 #include <string>
 
 #include "fsi/acceleration.hpp"
+#include "fsi/step_control.hpp"
 #include "fsi/system.hpp"
 
 namespace fbi::fsi {
-
-/// Where in time a run is: step n ends at n dt.
-struct StepClock {
-  GlobalIndex step = 0;
-  double time = 0.0;
-  double dt = 0.0;
-};
 
 /// Why the loop ended.
 enum class LoopEnd {
@@ -30,9 +24,13 @@ using StepObserver = std::function<bool(const StepClock&, const StepReport&)>;
 /// Solves one step of whatever is there: both fields, the fluid alone, or fibers alone. Does not accept it. Collective.
 StepReport solve_step(System& system, Acceleration* acceleration, const StepClock& clock);
 
-/// Steps from `first` (exclusive) to `last` (inclusive) with constant dt (0: one steady solution). `failure` receives
-/// the report of a step that failed. Collective.
-LoopEnd run_time_loop(System& system, Acceleration* acceleration, GlobalIndex first, GlobalIndex last, double dt,
-                      const StepObserver& after_step, std::string& failure);
+/// Why a step failed, and, as the end of that sentence, what can be done about it.
+std::string describe(const StepReport& report, const StepClock& clock);
+std::string remedy(const StepClock& clock);
+
+/// Steps from `first` (exclusive) to `last` (inclusive) on a grid of constant dt (0: one steady solution); where a step
+/// does not converge `control` divides it. `failure` receives the report of a step that failed. Collective.
+LoopEnd run_time_loop(System& system, Acceleration* acceleration, StepControl& control, GlobalIndex first,
+                      GlobalIndex last, double dt, const StepObserver& after_step, std::string& failure);
 
 }  // namespace fbi::fsi

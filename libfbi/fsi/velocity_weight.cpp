@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/counters.hpp"
 #include "base/timer.hpp"
 #include "fem/hex8.hpp"
 #include "linalg/vector_access.hpp"
@@ -34,7 +35,13 @@ VelocityWeight::VelocityWeight(fluid::FluidField& fluid) : fluid_(fluid), work_(
 }
 
 void VelocityWeight::renew() {
+  // Without convection W depends on the time step alone.
+  if (fluid_.parameters().convective_form == fluid::ConvectiveForm::none && !values_.empty() &&
+      sigma_ == fluid_.sigma())
+    return;
+  sigma_ = fluid_.sigma();
   Timed timed("velocity weight");
+  count("velocity weights");
   const mesh::HexMesh& mesh = fluid_.mesh();
   const fluid::FluidParameters& parameters = fluid_.parameters();
   const double sigma = fluid_.sigma(), density = parameters.density, viscosity = parameters.viscosity;

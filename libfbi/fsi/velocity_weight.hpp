@@ -27,6 +27,7 @@ class VelocityWeight {
   std::vector<double> cell_size_;       // V^(1/3) [length], shape=(local cells)
   std::vector<double> cell_diffusion_;  // int |grad N_a|^2 [length], shape=(local cells)
   std::vector<double> values_;
+  double sigma_ = -1.0;  // that W was computed for
 };
 
 }  // namespace fbi::fsi

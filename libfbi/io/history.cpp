@@ -28,6 +28,7 @@ std::vector<std::string> split(const std::string& line) {
 
 constexpr const char* unit_mark = "# units: ";
 constexpr const char* failure_mark = "# failed: ";
+constexpr const char* work_mark = "# work: ";
 
 // What follows the mark at the begin of a line; nothing for another line.
 std::optional<std::string> marked(const std::string& line, const std::string& mark) {
@@ -126,10 +127,21 @@ void History::append(const std::string& line) {
 }
 
 void History::write_failure(const std::string& reason) {
-  std::string problem, line = failure_mark + reason;
+  std::string line = failure_mark + reason;
   std::replace(line.begin(), line.end(), '\n', ' ');
+  append_on_root(line + "\n");
+}
+
+void History::write_work(const std::vector<Counted>& work) {
+  std::string text;
+  for (const Counted& count : work) text += work_mark + count.what + " = " + std::to_string(count.number) + "\n";
+  append_on_root(text);
+}
+
+void History::append_on_root(const std::string& text) {
+  std::string problem;
   if (comm_.rank() == 0) try {
-      append(line + "\n");
+      append(text);
     } catch (const std::exception& error) {
       problem = error.what();
     }
@@ -148,6 +160,11 @@ HistoryTable read_history(const std::string& path) {
     ++number;
     if (const auto units = marked(line, unit_mark)) table.units = split(*units);
     if (const auto failure = marked(line, failure_mark)) table.failure = *failure;
+    if (const auto work = marked(line, work_mark)) {
+      const std::size_t sign = work->rfind(" = ");
+      if (sign != std::string::npos)
+        table.work.push_back({work->substr(0, sign), std::strtoll(work->c_str() + sign + 3, nullptr, 10)});
+    }
     if (line.empty() || line[0] == '#') return;
     const std::vector<std::string> fields = split(line);
     if (table.columns.empty()) {

@@ -5,6 +5,7 @@
 ///     step,time,dt,newton,...
 ///     1,0.0001,...
 ///     # failed: step 2 (t = 0.0002): ...
+///     # work: linear solves = 2
 #pragma once
 
 #include <optional>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "base/comm.hpp"
+#include "base/counters.hpp"
 #include "base/types.hpp"
 
 namespace fbi::io {
@@ -44,9 +46,13 @@ class History {
   /// Appends why the step after the last row failed, on one line; going on from a checkpoint drops it. Throws as write.
   /// Collective.
   void write_failure(const std::string& reason);
+  /// Appends a comment line "# work: 'what' = 'number'" for each count of the run that ends here; going on from a
+  /// checkpoint drops them. Throws as write. Collective.
+  void write_work(const std::vector<Counted>& work);
 
  private:
-  void append(const std::string& line);  // rank 0
+  void append(const std::string& line);          // rank 0
+  void append_on_root(const std::string& text);  // Collective.
 
   Comm comm_;
   std::string path_;
@@ -60,6 +66,7 @@ struct HistoryTable {
   std::vector<std::string> units;
   std::vector<std::vector<double>> rows;  ///< shape=(rows,columns)
   std::string failure;                    ///< why the step after the last row failed; empty when none did
+  std::vector<Counted> work;              ///< of the program run that wrote the last rows; empty while it goes on
 
   /// Number of a column, -1 when there is none of that name.
   int column(const std::string& name) const;

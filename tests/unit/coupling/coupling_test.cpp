@@ -1,6 +1,7 @@
 // Identities of the coupling operators on any number of ranks, and the same operators as on one rank.
 #include <gtest/gtest.h>
 
+#include "base/counters.hpp"
 #include "base/error.hpp"
 #include "fem/hex8.hpp"
 #include "scene.hpp"
@@ -326,6 +327,35 @@ TEST(Coupling, TwoFibersInOneCell) {
   EXPECT_EQ(coupling.coverage().segments, 3);
   const GlobalIndex rows = scene.comm.sum(static_cast<GlobalIndex>(coupling.local_m().row.size()));
   EXPECT_EQ(rows, 5);
+}
+
+// Elements whose curve is what it was keep their segments; the operators are, bit by bit, those of a new search.
+TEST(Coupling, ElementsThatDidNotMoveKeepTheirSegments) {
+  for (const bool general : {false, true})
+    for (const Multiplier multiplier : {Multiplier::linear, Multiplier::gauss_point}) {
+      const Scene scene(general ? perturbed(cube(6), 0.02, 3) : cube(6), random_lines(12, 0.1, 0.9, 3, 4));
+      CouplingParameters parameters;
+      parameters.multiplier = multiplier;
+      Coupling coupling(scene.fluid, scene.fibers, parameters);
+      coupling.update(moved(scene.fibers, Vec3::Zero()));
+      std::vector<double> dofs = moved(scene.fibers, Vec3::Zero());
+      const std::vector<double> away = waved(scene.fibers, 0.04);
+      for (Index f = 0; f < scene.fibers.fibers(); ++f)  // every third fiber moves
+        if (scene.fibers.fiber_id[f] % 3 == 0)
+          for (Index k = 6 * scene.fibers.first_node[f]; k < 6 * scene.fibers.first_node[f + 1]; ++k) dofs[k] = away[k];
+      reset_counters();
+      coupling.update(dofs);
+      EXPECT_EQ(scene.comm.sum(counted("elements cut")), 12);
+      EXPECT_EQ(scene.comm.sum(counted("elements with old segments")), 24);
+      Coupling anew(scene.fluid, scene.fibers, parameters);
+      anew.update(dofs);
+      EXPECT_EQ(coupling.kappa(), anew.kappa());
+      EXPECT_EQ(coupling.local_m().row, anew.local_m().row);
+      EXPECT_EQ(coupling.local_m().begin, anew.local_m().begin);
+      EXPECT_EQ(coupling.local_m().node, anew.local_m().node);
+      EXPECT_EQ(coupling.local_m().value, anew.local_m().value);
+      for (Index f = 0; f < scene.fibers.fibers(); ++f) EXPECT_EQ(coupling.d_block(f), anew.d_block(f));
+    }
 }
 
 TEST(Coupling, NoFibersAtAll) {
