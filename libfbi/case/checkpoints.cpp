@@ -1,6 +1,7 @@
 #include "case/checkpoints.hpp"
 
 #include "base/counters.hpp"
+#include "base/log.hpp"
 #include "base/timer.hpp"
 #include "input/canonical.hpp"
 #include "io/case_file.hpp"
@@ -16,7 +17,8 @@ struct StateList {
   std::vector<io::StateArray> fluid, fibers;
 };
 
-StateList list_state(Setup& setup) {
+/// @param averages  the running means belong to it
+StateList list_state(Setup& setup, bool averages) {
   StateList list;
   if (setup.fluid != nullptr) {
     list.vectors = setup.fluid->state();
@@ -25,6 +27,7 @@ StateList list_state(Setup& setup) {
       list.storage[k].resize(4 * static_cast<std::size_t>(setup.fluid_mesh->owned_nodes));
       list.fluid.push_back({list.vectors[k].first, 4, &list.storage[k]});
     }
+    if (averages) list.fluid.push_back(setup.averages->state());
   }
   if (setup.beams != nullptr) {
     for (auto& [name, values] : setup.system->fiber_state()) list.fibers.push_back({name, 6, values});
@@ -54,7 +57,7 @@ std::string fingerprint_of_physics(const std::string& json) {
 void save_checkpoint(Setup& setup, const io::RunPaths& paths, const std::string& json, GlobalIndex step, double time) {
   Timed timed("checkpoint");
   count("checkpoints");
-  StateList list = list_state(setup);
+  StateList list = list_state(setup, setup.averages != nullptr);
   for (std::size_t k = 0; k < list.vectors.size(); ++k) {
     const double* values = nullptr;
     FBI_PETSC(VecGetArrayRead(list.vectors[k].second, &values));
@@ -66,6 +69,7 @@ void save_checkpoint(Setup& setup, const io::RunPaths& paths, const std::string&
   header.time = time;
   header.case_fingerprint = fingerprint_of_physics(json);
   for (const auto& [name, value] : list_numbers(setup)) header.numbers[name] = *value;
+  if (setup.averages != nullptr) setup.averages->save(header.numbers);
   if (setup.acceleration != nullptr) {
     const std::vector<double> history = setup.acceleration->history();
     if (!history.empty()) header.vectors["acceleration"] = history;
@@ -80,13 +84,18 @@ GlobalIndex load_checkpoint(Setup& setup, const io::RunPaths& paths, const std::
   Timed timed("restart");
   const Comm& comm = setup.fiber_mesh->comm;
   const GlobalIndex step = io::find_checkpoint(comm, paths, which);
-  if (setup.acceleration != nullptr) {  // how many arrays it has is part of its history
+  bool averages = false;
+  if (setup.acceleration != nullptr || setup.averages != nullptr) {  // which arrays there are is part of the state
     const io::CheckpointHeader header =
         io::read_checkpoint(comm, paths, step, fingerprint_of_physics(json), nullptr, {}, setup.fiber_mesh.get(), {});
+    averages = setup.averages != nullptr && setup.averages->restore(header.numbers);
+    if (setup.averages != nullptr && !averages)
+      log::info("the checkpoint holds no running means: they begin anew at step %lld", static_cast<long long>(step));
     const auto history = header.vectors.find("acceleration");
-    if (history != header.vectors.end()) setup.acceleration->set_history(history->second);
+    if (setup.acceleration != nullptr && history != header.vectors.end())
+      setup.acceleration->set_history(history->second);
   }
-  StateList list = list_state(setup);
+  StateList list = list_state(setup, averages);
   const io::CheckpointHeader header =
       io::read_checkpoint(comm, paths, step, fingerprint_of_physics(json), setup.fluid_mesh.get(), list.fluid,
                           setup.fiber_mesh.get(), list.fibers);

@@ -34,6 +34,8 @@ void write_fields(const Setup& setup, io::ResultWriter& writer, GlobalIndex step
     FBI_PETSC(VecGetArrayRead(form, &values));
     fields.push_back({"velocity", 3, 4, 0, values});
     fields.push_back({"pressure", 1, 4, 3, values});
+    if (setup.averages != nullptr)
+      for (const io::NodeField& field : setup.averages->fields()) fields.push_back(field);
   }
   io::FiberState fibers;
   std::vector<double> force;
@@ -92,6 +94,7 @@ bool Recorder::after_step(const fsi::StepClock& clock, const fsi::StepReport& re
   const std::vector<double> crossing = crossings_.values();
   values.insert(values.end(), crossing.begin(), crossing.end());
   clock_ = clock;
+  if (setup_.averages != nullptr) setup_.averages->add(clock, setup_.fluid->accepted());
   const double seconds = comm.max(progress_.step_done(clock.step));
   std::vector<double> row = {static_cast<double>(clock.step),
                              clock.time,

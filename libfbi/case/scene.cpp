@@ -126,6 +126,12 @@ Scene inspect(const Setup& setup) {
     scene.memory += 40000.0 * static_cast<double>(scene.fluid_nodes);
   scene.disk_per_output += 32.0 * static_cast<double>(scene.fluid_nodes);
   scene.disk_per_checkpoint += 96.0 * static_cast<double>(scene.fluid_nodes);
+  if (setup.averages != nullptr) {
+    const double bytes = 8.0 * RunningMean::components * static_cast<double>(scene.fluid_nodes);
+    scene.memory += bytes;
+    scene.disk_per_output += bytes;
+    scene.disk_per_checkpoint += bytes;
+  }
   return scene;
 }
 

@@ -79,6 +79,7 @@ void check_parts(Visitor& v, const CaseParameters& p) {
     if (v.given(path + ".fiber") && !fibers)
       v.error(path + ".fiber", "there are no fibers to observe; remove the probe");
   }
+  if (p.output.averages && !fluid) v.error("output.averages", "there is no fluid to take means of; remove it");
   for (std::size_t i = 0; i < p.output.forces.size(); ++i) {
     const std::string path = "output.forces[" + std::to_string(i) + "]";
     if (!fluid) v.error(path, "there is no fluid to exert a force; remove it");
@@ -113,6 +114,8 @@ void check_time(Visitor& v, CaseParameters& p) {
             "\"one_step_theta\"");
     return;
   }
+  if (steady && p.output.averages)
+    v.error("output.averages", "steady flow has no means over time; remove it");
   if (steady && p.scheme.direction != fsi::Direction::two_way)
     v.error("coupling.direction", "steady flow goes with two_way only; remove it");
   if (unsteady && static_fibers) {
@@ -146,6 +149,9 @@ void check_time(Visitor& v, CaseParameters& p) {
       v.error("expect[" + std::to_string(i) + "].time", "lies after the end time " + number_text(p.time.end));
     }
   }
+  if (p.output.averages && p.time.end > 0.0 && p.output.averages->from >= p.time.end * (1 - 1e-9))
+    v.error("output.averages.from",
+            "no step begins that late: the end time is " + number_text(p.time.end) + "; use an earlier time");
   if (!static_fibers) return;
   for (std::size_t i = 0; i < p.fibers.size(); ++i) {
     const beam::FiberParameters& fiber = p.fibers[i].physics;

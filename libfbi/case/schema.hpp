@@ -54,6 +54,12 @@ struct ForceOutput {
   double area = 0.0;               ///< of the coefficients [length^2]
 };
 
+/// Running means of the flow, taken during the run.
+struct Averages {
+  double from = 0.0;  ///< steps that begin earlier do not count [time]
+  Index every = 1;    ///< one in so many steps is taken in
+};
+
 struct Output {
   Index every = 0;                   ///< field output every N steps; 0 = first and last only
   Index checkpoint = 0;              ///< checkpoint every N steps; 0 = only at the end and by wall time
@@ -61,6 +67,7 @@ struct Output {
   Index fiber_points = 8;            ///< points per element on the written center line
   std::vector<Probe> probes;
   std::vector<ForceOutput> forces;
+  std::optional<Averages> averages;  ///< missing = none
 };
 
 /// A number the run must reproduce.

@@ -249,6 +249,13 @@ void describe_forces(Visitor& v, ForceOutput& p) {
   if (v.given("faces") && !v.failed("faces") && p.faces.empty()) v.error("faces", "must name a face set");
 }
 
+void describe_averages(Visitor& v, Averages& p) {
+  v.number(field("from", "means are taken of the steps that begin at this time or later", "time"), p.from,
+           at_least(0.0));
+  v.integer(field("every", "one in so many steps is taken in and stands for the time since the one before"), p.every,
+            at_least(1));
+}
+
 }  // namespace
 
 void describe_output(Visitor& v, Output& p) {
@@ -262,6 +269,11 @@ void describe_output(Visitor& v, Output& p) {
   v.list_of(field("probes", "what is recorded in every step"), "Probe", p.probes, describe_probe);
   v.list_of(field("forces", "forces of the fluid on named faces, recorded in every step"), "Force on faces", p.forces,
             describe_forces);
+  v.optional_object(field("averages",
+                          "running means of velocity, pressure and velocity fluctuations, written with the fields as "
+                          "mean_velocity, mean_pressure and reynolds_stress (the means of v_i' v_j': xx, xy, xz, yy, "
+                          "yz, zz); {} takes all steps"),
+                    "Averages", p.averages, describe_averages);
 }
 
 void describe_expectation(Visitor& v, Expectation& p) {

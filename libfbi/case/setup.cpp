@@ -70,6 +70,8 @@ Setup make_setup(const CaseParameters& parameters, std::unique_ptr<mesh::HexMesh
     Timed timed("fluid setup");
     setup.fluid = std::make_unique<fluid::FluidField>(*setup.fluid_mesh, *parameters.fluid, parameters.boundaries(),
                                                       parameters.fluid_time);
+    if (parameters.output.averages)
+      setup.averages = std::make_unique<FlowAverages>(*parameters.output.averages, *setup.fluid_mesh);
   }
   if (setup.fiber_mesh->global_fibers > 0) {
     Timed timed("fiber setup");

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "case/averages.hpp"
 #include "case/schema.hpp"
 #include "fsi/acceleration.hpp"
 #include "fsi/step_control.hpp"
@@ -20,6 +21,7 @@ struct Setup {
   std::unique_ptr<beam::BeamField> beams;
   std::unique_ptr<fsi::System> system;
   std::unique_ptr<fsi::Acceleration> acceleration;  ///< null for monolithic
+  std::unique_ptr<FlowAverages> averages;           ///< null unless asked for
   fsi::StepControl step_control;
   double dt = 0.0;  ///< 0: one steady solution
   GlobalIndex steps = 0;

@@ -11,15 +11,34 @@
 namespace fbi::io {
 namespace {
 
-void write_arrays(File& file, const std::string& group, const FileOrder& order, const std::vector<StateArray>& arrays) {
-  for (const StateArray& array : arrays)
+/// Order of the rows of the arrays of a mesh; that with images is made for the first array that has them.
+class Orders {
+ public:
+  explicit Orders(const mesh::FiberMesh& fibers) : owned_(fiber_node_order(fibers)) {}
+  explicit Orders(const mesh::HexMesh& fluid) : fluid_(&fluid), owned_(node_order(fluid)) {}
+  const FileOrder& of(const StateArray& array) {
+    if (!array.images || fluid_ == nullptr) return owned_;
+    if (!with_images_) with_images_ = output_order(*fluid_);
+    return *with_images_;
+  }
+
+ private:
+  const mesh::HexMesh* fluid_ = nullptr;
+  FileOrder owned_;
+  std::optional<FileOrder> with_images_;
+};
+
+void write_arrays(File& file, const std::string& group, Orders orders, const std::vector<StateArray>& arrays) {
+  for (const StateArray& array : arrays) {
+    const FileOrder& order = orders.of(array);
     file.write_rows(group + array.name, order.to_file(*array.values, array.components), array.components, order.begin(),
                     order.total());
+  }
 }
 
-void read_arrays(const File& file, const std::string& group, const FileOrder& order,
-                 const std::vector<StateArray>& arrays) {
+void read_arrays(const File& file, const std::string& group, Orders orders, const std::vector<StateArray>& arrays) {
   for (const StateArray& array : arrays) {
+    const FileOrder& order = orders.of(array);
     const std::array<GlobalIndex, 2> shape = file.shape(group + array.name);
     if (shape != std::array<GlobalIndex, 2>{order.total(), array.components})
       throw Error(
@@ -61,8 +80,8 @@ void write_checkpoint(const Comm& comm, const RunPaths& paths, const CheckpointH
     for (const auto& [name, vector] : header.vectors)
       file.write_rows("/vectors/" + name, comm.rank() == 0 ? vector : std::vector<double>{}, 1, 0,
                       static_cast<GlobalIndex>(vector.size()));
-    if (fluid_mesh) write_arrays(file, "/fluid/", node_order(*fluid_mesh), fluid);
-    if (fiber_mesh) write_arrays(file, "/fibers/", fiber_node_order(*fiber_mesh), fibers);
+    if (fluid_mesh) write_arrays(file, "/fluid/", Orders(*fluid_mesh), fluid);
+    if (fiber_mesh) write_arrays(file, "/fibers/", Orders(*fiber_mesh), fibers);
     file.commit();
   }
   if (comm.rank() != 0) return;
@@ -117,8 +136,8 @@ CheckpointHeader read_checkpoint(const Comm& comm, const RunPaths& paths, Global
     header.numbers[name] = file.read_rows<double>("/numbers/" + name, 0, 1).at(0);
   for (const std::string& name : file.children("/vectors"))
     header.vectors[name] = file.read<double>("/vectors/" + name);
-  if (fluid_mesh) read_arrays(file, "/fluid/", node_order(*fluid_mesh), fluid);
-  if (fiber_mesh) read_arrays(file, "/fibers/", fiber_node_order(*fiber_mesh), fibers);
+  if (fluid_mesh) read_arrays(file, "/fluid/", Orders(*fluid_mesh), fluid);
+  if (fiber_mesh) read_arrays(file, "/fibers/", Orders(*fiber_mesh), fibers);
   return header;
 }
 

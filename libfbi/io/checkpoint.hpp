@@ -27,6 +27,7 @@ struct StateArray {
   std::string name;
   int components = 1;
   std::vector<double>* values = nullptr;  ///< shape=(owned nodes,components) or (fiber nodes,components)
+  bool images = false;  ///< of the fluid: rows of the images that this rank writes follow those of owned nodes
 };
 
 /// Writes the checkpoint of header.step, then removes all others but the newest before it. `fluid_mesh` and

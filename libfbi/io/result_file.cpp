@@ -130,14 +130,12 @@ void ResultWriter::take_over_older_files(std::optional<GlobalIndex> restart_step
   for (const GlobalIndex step : paths_.steps()) {
     if (restart_step && step <= *restart_step) {
       const File file = open_kind(paths_.step(step), FileKind::step);
-      steps_.push_back({step, file.number_attribute("/", "time")});
-      // The fields are those of the step files: XDMF needs their names before the next output.
-      xdmf_.fluid.clear();
-      xdmf_.fiber.clear();
+      XdmfStep& taken = steps_.emplace_back(XdmfStep{{step, file.number_attribute("/", "time")}, {}, {}});
       for (const std::string& name : file.children("/fluid"))
-        xdmf_.fluid.push_back({name, static_cast<int>(file.shape("/fluid/" + name)[1])});
+        taken.fluid.push_back({name, static_cast<int>(file.shape("/fluid/" + name)[1])});
       for (const std::string& name : file.children("/fibers"))
-        if (name != "dofs") xdmf_.fiber.push_back({name, static_cast<int>(file.shape("/fibers/" + name)[1])});
+        if (name != "dofs" && name != "position")
+          taken.fiber.push_back({name, static_cast<int>(file.shape("/fibers/" + name)[1])});
     } else {
       std::filesystem::remove(paths_.step(step));
     }
@@ -212,8 +210,7 @@ void ResultWriter::write_step(GlobalIndex step, double time, const std::vector<N
   GlobalIndex bytes = 65536;
   for (const NodeField& field : fluid) bytes += 8 * field.components * (fluid_ ? fluid_->global_nodes : 0);
   if (fibers_) bytes += 72 * points_ + 48 * fibers_->global_nodes;
-  xdmf_.fluid.clear();
-  xdmf_.fiber.clear();
+  XdmfStep written{{step, time}, {}, {}};
   {
     File file = File::create(comm_, paths_.step(step), bytes);
     write_format(file, FileKind::step);
@@ -224,7 +221,9 @@ void ResultWriter::write_step(GlobalIndex step, double time, const std::vector<N
         file.write_rows("/fluid/" + field.name,
                         nodes_->to_file(field.data, field.components, field.stride, field.offset), field.components,
                         nodes_->begin(), nodes_->total());
-        xdmf_.fluid.push_back({field.name, field.components});
+        if (field.averaged_over > 0.0)
+          file.write_attribute("/fluid/" + field.name, "averaged_over", field.averaged_over);
+        written.fluid.push_back({field.name, field.components});
       }
     if (fibers_ && fibers.dofs) {
       file.write_rows("/fibers/dofs", fiber_nodes_->to_file(*fibers.dofs, 6), 6, fiber_nodes_->begin(),
@@ -232,7 +231,7 @@ void ResultWriter::write_step(GlobalIndex step, double time, const std::vector<N
       const auto write_points = [&](const std::string& name, const std::vector<double>& values) {
         file.write_rows("/fibers/" + name, fiber_point_order_->to_file(values, 3), 3, fiber_point_order_->begin(),
                         fiber_point_order_->total());
-        if (name != "position") xdmf_.fiber.push_back({name, 3});
+        if (name != "position") written.fiber.push_back({name, 3});
       };
       write_points("position", sample_center_lines(*fibers_, *fibers.dofs, fiber_points_));
       if (fibers.velocity) write_points("velocity", sample_center_lines(*fibers_, *fibers.velocity, fiber_points_));
@@ -241,9 +240,9 @@ void ResultWriter::write_step(GlobalIndex step, double time, const std::vector<N
     file.commit();
   }
   const auto after =
-      std::find_if(steps_.begin(), steps_.end(), [&](const StepTime& other) { return other.step >= step; });
+      std::find_if(steps_.begin(), steps_.end(), [&](const XdmfStep& other) { return other.step >= step; });
   steps_.erase(after, steps_.end());
-  steps_.push_back({step, time});
+  steps_.push_back(std::move(written));
   on_rank_zero([&] {
     write_index(false);
     write_text_file(paths_.xdmf, xdmf_text(xdmf_, steps_));

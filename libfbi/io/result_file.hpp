@@ -30,13 +30,15 @@ struct Provenance {
   int ranks = 1;
 };
 
-/// A field on the owned nodes of the fluid mesh: component c of node n is data[n * stride + offset + c].
+/// A field on the nodes of the fluid mesh that this rank writes (owned ones and images): component c of node n is
+/// data[n * stride + offset + c].
 struct NodeField {
   std::string name;
-  int components = 1;  ///< 1 or 3
+  int components = 1;  ///< 1, 3, or 6: a symmetric tensor xx, xy, xz, yy, yz, zz
   int stride = 1;
   int offset = 0;
   const double* data = nullptr;
+  double averaged_over = 0.0;  ///< duration of which this is the mean [time]; 0 = of the moment
 };
 
 /// The fibers of this rank; `velocity` and `force` may be null and are then left out of every step.
@@ -61,7 +63,7 @@ class ResultWriter {
   ResultWriter(const Comm& comm, const RunPaths& paths, const mesh::HexMesh* fluid, const mesh::FiberMesh* fibers,
                Provenance provenance, int fiber_points, std::optional<GlobalIndex> restart_step = std::nullopt);
 
-  /// Writes the fields of a step, then index and XDMF. The fields are the same in every step of a run.
+  /// Writes the fields of a step, then index and XDMF.
   void write_step(GlobalIndex step, double time, const std::vector<NodeField>& fluid, const FiberState& fibers);
 
   /// Marks the run as complete and copies the history (NAME.run.csv, when there) into the index.
@@ -82,7 +84,7 @@ class ResultWriter {
   int fiber_points_;
   GlobalIndex points_ = 0;  // of all ranks
   std::optional<FileOrder> nodes_, fiber_nodes_, fiber_point_order_;
-  std::vector<StepTime> steps_;
+  std::vector<XdmfStep> steps_;
   XdmfContent xdmf_;
   std::string started_;
 };

@@ -40,19 +40,22 @@ std::string attributes(const std::string& file, const std::string& group, const 
   std::string text;
   for (const XdmfField& field : fields)
     text += "          <Attribute Name=\"" + escaped(field.name) + "\" AttributeType=\"" +
-            (field.components == 3 ? "Vector" : "Scalar") + "\" Center=\"Node\">" +
-            item(file + ":/" + group + "/" + field.name, "Float", 8, rows, field.components) + "</Attribute>\n";
+            (field.components == 6   ? "Tensor6"
+             : field.components == 3 ? "Vector"
+                                     : "Scalar") +
+            "\" Center=\"Node\">" + item(file + ":/" + group + "/" + field.name, "Float", 8, rows, field.components) +
+            "</Attribute>\n";
   return text;
 }
 
 }  // namespace
 
-std::string xdmf_text(const XdmfContent& content, const std::vector<StepTime>& steps) {
+std::string xdmf_text(const XdmfContent& content, const std::vector<XdmfStep>& steps) {
   const std::string mesh = content.folder + "/mesh.h5";
   std::string text =
       "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n  <Domain>\n"
       "    <Grid Name=\"run\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
-  for (const StepTime& step : steps) {
+  for (const XdmfStep& step : steps) {
     const std::string file = content.folder + log::format("/%06lld.h5", static_cast<long long>(step.step));
     text += log::format("      <Grid Name=\"step %lld\" GridType=\"Collection\" CollectionType=\"Spatial\">\n",
                         static_cast<long long>(step.step));
@@ -63,7 +66,7 @@ std::string xdmf_text(const XdmfContent& content, const std::vector<StepTime>& s
               "\">" + item(mesh + ":/fluid/cells", "Int", content.integer_bytes, content.cells, 8) + "</Topology>\n";
       text += "          <Geometry GeometryType=\"XYZ\">" + item(mesh + ":/fluid/nodes", "Float", 8, content.nodes, 3) +
               "</Geometry>\n";
-      text += attributes(file, "fluid", content.fluid, content.nodes);
+      text += attributes(file, "fluid", step.fluid, content.nodes);
       text += "        </Grid>\n";
     }
     if (content.fibers > 0) {
@@ -74,7 +77,7 @@ std::string xdmf_text(const XdmfContent& content, const std::vector<StepTime>& s
               "</Topology>\n";
       text += "          <Geometry GeometryType=\"XYZ\">" +
               item(file + ":/fibers/position", "Float", 8, content.points, 3) + "</Geometry>\n";
-      text += attributes(file, "fibers", content.fiber, content.points);
+      text += attributes(file, "fibers", step.fiber, content.points);
       text += "        </Grid>\n";
     }
     text += "      </Grid>\n";
