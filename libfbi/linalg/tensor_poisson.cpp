@@ -3,238 +3,245 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "mesh/exchange.hpp"
 
 namespace fbi::linalg {
 namespace {
 
-/// Index range of this rank's owned nodes along each direction; true when they fill that range and nothing else.
-bool owned_block(const mesh::HexMesh& mesh, std::array<Index, 3>& begin, std::array<Index, 3>& end) {
-  const mesh::Box& box = *mesh.box;
-  const std::array<GlobalIndex, 3> n = {static_cast<GlobalIndex>(box.coordinates[0].size()),
-                                        static_cast<GlobalIndex>(box.coordinates[1].size()),
-                                        static_cast<GlobalIndex>(box.coordinates[2].size())};
-  begin = {static_cast<Index>(n[0]), static_cast<Index>(n[1]), static_cast<Index>(n[2])};
-  end = {0, 0, 0};
+std::array<Index, 3> box_nodes(const mesh::HexMesh& mesh) {
+  std::array<Index, 3> n{};
+  for (int d = 0; d < 3; ++d) n[d] = static_cast<Index>(mesh.box->coordinates[d].size());
+  return n;
+}
+
+/// Index range of this rank's owned nodes along each direction.
+IndexBlock owned_range(const mesh::HexMesh& mesh) {
+  const std::array<Index, 3> n = box_nodes(mesh);
+  IndexBlock block;
+  if (mesh.owned_nodes == 0) return block;
+  block.begin = n;
   for (Index a = 0; a < mesh.owned_nodes; ++a) {
     const GlobalIndex id = mesh.node_id[a];
     const GlobalIndex index[3] = {id % n[0], id / n[0] % n[1], id / n[0] / n[1]};
     for (int d = 0; d < 3; ++d) {
-      begin[d] = std::min(begin[d], static_cast<Index>(index[d]));
-      end[d] = std::max(end[d], static_cast<Index>(index[d]) + 1);
+      block.begin[d] = std::min(block.begin[d], static_cast<Index>(index[d]));
+      block.end[d] = std::max(block.end[d], static_cast<Index>(index[d]) + 1);
     }
   }
-  if (mesh.owned_nodes == 0) return false;
-  GlobalIndex size = 1;
-  for (int d = 0; d < 3; ++d) size *= end[d] - begin[d];
-  return size == mesh.owned_nodes;
+  return block;
 }
 
-/// The direction along which ranks are cut: the only one that is not whole, or the longest on a single rank.
-int slab_axis(const mesh::HexMesh& mesh) {
-  std::array<Index, 3> begin{}, end{};
-  const bool block = owned_block(mesh, begin, end);
-  int mine = block ? 0 : 8;  // bit d: direction d is cut
-  if (block)
-    for (int d = 0; d < 3; ++d)
-      if (begin[d] != 0 || end[d] != static_cast<Index>(mesh.box->coordinates[d].size())) mine |= 1 << d;
-  int all = 0;
-  MPI_Allreduce(&mine, &all, 1, MPI_INT, MPI_BOR, mesh.comm.get());
-  if (all == 1 || all == 2 || all == 4) return all / 2;
-  if (all != 0) return -1;
-  int longest = 0;
+int longest(const std::array<Index, 3>& n) {
+  int axis = 0;
   for (int d = 1; d < 3; ++d)
-    if (mesh.box->coordinates[d].size() > mesh.box->coordinates[longest].size()) longest = d;
-  return longest;
+    if (n[d] > n[axis]) axis = d;
+  return axis;
+}
+
+/// The direction along which the blocks are slabs that follow each other in the order of the ranks; -1: none.
+int slab_axis(const std::vector<IndexBlock>& blocks, const std::array<Index, 3>& n) {
+  int cut = 0;  // bit d: some block is not whole along d
+  for (const IndexBlock& block : blocks) {
+    if (block.size() == 0) return -1;
+    for (int d = 0; d < 3; ++d)
+      if (block.extent(d) != n[d]) cut |= 1 << d;
+  }
+  if (cut == 0) return longest(n);
+  if (cut != 1 && cut != 2 && cut != 4) return -1;
+  const int axis = cut / 2;
+  Index next = 0;
+  for (const IndexBlock& block : blocks) {
+    if (block.begin[axis] != next) return -1;
+    next = block.end[axis];
+  }
+  return axis;
 }
 
 }  // namespace
 
 bool TensorPoisson::supports(const mesh::HexMesh& mesh) {
   if (!mesh.box || mesh.has_images()) return false;
-  const int axis = slab_axis(mesh);
-  if (axis < 0) return false;
-  // Slabs must follow each other in rank order.
-  std::array<Index, 3> begin{}, end{};
-  owned_block(mesh, begin, end);
-  GlobalIndex planes = end[axis] - begin[axis];
-  return !mesh.comm.any(mesh.comm.sum_before(planes) != begin[axis]);
+  return !mesh.comm.any(owned_range(mesh).size() != static_cast<std::size_t>(mesh.owned_nodes));
 }
 
-TensorPoisson::Line TensorPoisson::make_line(const std::vector<double>& coordinates, const std::array<double, 2>& robin,
-                                             const std::vector<double>& factor) {
-  const std::size_t n = coordinates.size();
-  Line line;
-  line.k_diagonal.assign(n, 0.0);
-  line.m_diagonal.assign(n, 0.0);
-  for (std::size_t i = 0; i + 1 < n; ++i) {
-    const double h = coordinates[i + 1] - coordinates[i];
-    const double k = (factor.empty() ? 1.0 : factor[i]) / h;
-    line.k_diagonal[i] += k;
-    line.k_diagonal[i + 1] += k;
-    line.k_off.push_back(-k);
-    line.m_diagonal[i] += h / 3.0;
-    line.m_diagonal[i + 1] += h / 3.0;
-    line.m_off.push_back(h / 6.0);
+TensorPoisson::Modes TensorPoisson::diagonalise(const LineMatrices& line) {
+  const Index n = static_cast<Index>(line.k_diagonal.size());
+  Eigen::MatrixXd k = Eigen::MatrixXd::Zero(n, n), m = k;
+  for (Index i = 0; i < n; ++i) {
+    k(i, i) = line.k_diagonal[i];
+    m(i, i) = line.m_diagonal[i];
+    if (i + 1 == n) continue;
+    k(i, i + 1) = k(i + 1, i) = line.k_off[i];
+    m(i, i + 1) = m(i + 1, i) = line.m_off[i];
   }
-  line.k_diagonal.front() += robin[0];
-  line.k_diagonal.back() += robin[1];
-  return line;
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(k, m);
+  Modes modes;
+  modes.q = solver.eigenvectors();
+  modes.eigenvalue.assign(solver.eigenvalues().data(), solver.eigenvalues().data() + n);
+  // Modes of a line that is its own mirror image are even or odd.
+  const double tolerance = 1e-10;
+  std::vector<Index> even, odd;
+  for (Index c = 0; c < n; ++c) {
+    const Eigen::VectorXd mode = modes.q.col(c), mirror = mode.reverse();
+    if ((mode - mirror).norm() <= tolerance * mode.norm()) even.push_back(c);
+    if ((mode + mirror).norm() <= tolerance * mode.norm()) odd.push_back(c);
+  }
+  modes.mirrored = n > 1 && static_cast<Index>(even.size()) == (n + 1) / 2 && static_cast<Index>(odd.size()) == n / 2;
+  if (!modes.mirrored) return modes;
+  even.insert(even.end(), odd.begin(), odd.end());
+  const LineTransform<double>::Matrix q = modes.q;
+  for (Index c = 0; c < n; ++c) {
+    modes.q.col(c) = q.col(even[c]);
+    modes.eigenvalue[c] = solver.eigenvalues()[even[c]];
+  }
+  return modes;
 }
 
 TensorPoisson::TensorPoisson(const mesh::HexMesh& mesh, const std::array<std::array<double, 2>, 3>& robin,
                              const std::array<std::vector<double>, 3>& factor)
-    : comm_(mesh.comm), axis_(slab_axis(mesh)), nodes_(mesh.global_nodes) {
+    : comm_(mesh.comm), nodes_(mesh.global_nodes), owned_(mesh.owned_nodes), n_(box_nodes(mesh)) {
   singular_ =
       std::all_of(robin.begin(), robin.end(), [](const auto& ends) { return ends[0] == 0.0 && ends[1] == 0.0; });
-  std::array<Index, 3> begin{}, end{};
-  owned_block(mesh, begin, end);
-  const int d1 = axis_ == 0 ? 1 : 0, d2 = axis_ == 2 ? 1 : 2;
-  const mesh::Box& box = *mesh.box;
-  planes_ = end[axis_] - begin[axis_];
-  n1_ = static_cast<Index>(box.coordinates[d1].size());
-  n2_ = static_cast<Index>(box.coordinates[d2].size());
-  position_.resize(mesh.owned_nodes);
-  const std::array<GlobalIndex, 3> n = {static_cast<GlobalIndex>(box.coordinates[0].size()),
-                                        static_cast<GlobalIndex>(box.coordinates[1].size()), 0};
-  for (Index a = 0; a < mesh.owned_nodes; ++a) {
-    const GlobalIndex id = mesh.node_id[a];
-    const std::array<GlobalIndex, 3> index = {id % n[0], id / n[0] % n[1], id / n[0] / n[1]};
-    position_[a] = static_cast<Index>(((index[axis_] - begin[axis_]) * n1_ + index[d1]) * n2_ + index[d2]);
-  }
-
-  const auto diagonalise = [&](int d, Matrix& q) {
-    const Line line = make_line(box.coordinates[d], robin[d], factor[d]);
-    const Index size = static_cast<Index>(line.k_diagonal.size());
-    Eigen::MatrixXd k = Eigen::MatrixXd::Zero(size, size), m = k;
-    for (Index i = 0; i < size; ++i) {
-      k(i, i) = line.k_diagonal[i];
-      m(i, i) = line.m_diagonal[i];
-      if (i + 1 == size) continue;
-      k(i, i + 1) = k(i + 1, i) = line.k_off[i];
-      m(i, i + 1) = m(i + 1, i) = line.m_off[i];
+  const IndexBlock mine = owned_range(mesh);
+  std::vector<IndexBlock> owned(comm_.size());
+  static_assert(sizeof(IndexBlock) == 6 * sizeof(int));
+  MPI_Allgather(&mine, 6, MPI_INT, owned.data(), 6, MPI_INT, comm_.get());
+  axis_ = slab_axis(owned, n_);
+  const bool slabs = axis_ >= 0;
+  if (!slabs) axis_ = longest(n_);
+  d1_ = axis_ == 0 ? 1 : 0;
+  d2_ = axis_ == 2 ? 1 : 2;
+  const auto matrices = [&](int d) { return LineMatrices(mesh.box->coordinates[d], robin[d], factor[d]); };
+  line_ = matrices(axis_);
+  modes1_ = diagonalise(matrices(d1_));
+  modes2_ = diagonalise(matrices(d2_));
+  if (singular_) modes1_.eigenvalue[0] = modes2_.eigenvalue[0] = 0.0;  // exactly: round-off must not decide the level
+  owned_layout_ = {owned, {2, 1, 0}};
+  if (slabs) {
+    first_layout_ = second_layout_ = {owned, {d2_, d1_, axis_}};
+    for (int r = 0; r < comm_.size(); ++r) {
+      group_.rank.push_back(r);
+      group_.begin.push_back(owned[r].begin[axis_]);
     }
-    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(k, m);
-    q = solver.eigenvectors();
-    return Eigen::VectorXd(solver.eigenvalues());
-  };
-  const Eigen::VectorXd lambda1 = diagonalise(d1, q1_), lambda2 = diagonalise(d2, q2_);
-  line_ = make_line(box.coordinates[axis_], robin[axis_], factor[axis_]);
-
-  const Index all_modes = n1_ * n2_;
-  const int ranks = comm_.size();
-  std::vector<int> planes(ranks);
-  const int mine = planes_;
-  MPI_Allgather(&mine, 1, MPI_INT, planes.data(), 1, MPI_INT, comm_.get());
-  first_mode_ = static_cast<Index>(mesh::even_begin(all_modes, comm_.rank(), ranks));
-  modes_ = static_cast<Index>(mesh::even_begin(all_modes, comm_.rank() + 1, ranks)) - first_mode_;
-  send_begin_.assign(1, 0);
-  receive_begin_.assign(1, 0);
-  for (int r = 0; r < ranks; ++r) {
-    const GlobalIndex count = mesh::even_begin(all_modes, r + 1, ranks) - mesh::even_begin(all_modes, r, ranks);
-    send_count_.push_back(static_cast<int>(count) * planes_);
-    receive_count_.push_back(modes_ * planes[r]);
-    send_begin_.push_back(send_begin_.back() + send_count_.back());
-    receive_begin_.push_back(receive_begin_.back() + receive_count_.back());
+    group_.begin.push_back(n_[axis_]);
+    group_.me = comm_.rank();
+    return;
   }
-
-  for (Index mode = first_mode_; mode < first_mode_ + modes_; ++mode)
-    eigenvalue_.push_back(lambda1[mode / n2_] + lambda2[mode % n2_]);
-  if (singular_ && first_mode_ == 0 && modes_ > 0)
-    eigenvalue_[0] = 0.0;  // exactly: round-off must not decide the level
-  const std::size_t length = line_.k_diagonal.size();
-  inverse_pivot_.resize(length * modes_);
-  for (Index m = 0; m < modes_; ++m) {
-    double previous = 0.0;  // 1/pivot of the line before
-    for (std::size_t i = 0; i < length; ++i) {
-      const double below = i > 0 ? line_.k_off[i - 1] + eigenvalue_[m] * line_.m_off[i - 1] : 0.0;
-      double pivot = line_.k_diagonal[i] + eigenvalue_[m] * line_.m_diagonal[i] - below * below * previous;
-      // The constant mode of the singular problem: fix the level at the first node; compatible right-hand sides notice
-      // nothing.
-      if (singular_ && first_mode_ + m == 0 && i == 0) pivot *= 2.0;
-      previous = 1.0 / pivot;
-      inverse_pivot_[i * modes_ + m] = previous;
-    }
-  }
-  field_.resize(static_cast<std::size_t>(planes_) * all_modes);
-  sent_.resize(field_.size());
-  lines_.resize(length * modes_);
+  choose_grid(owned);
 }
 
-void TensorPoisson::apply(Vec b, Vec x) {
-  const Index all_modes = n1_ * n2_;
+void TensorPoisson::choose_grid(const std::vector<IndexBlock>& owned) {
   const int ranks = comm_.size();
-  {
-    const double* values = nullptr;
-    FBI_PETSC(VecGetArrayRead(b, &values));
+  // The grid of least time: work of a rank, and messages in a row and a column. Only the ratio of both matters.
+  const double node_time = 1e-10 * (n_[d1_] + n_[d2_]), message_time = 2e-6;
+  int along = 1, across = 1;  // ranks along the axis, and across it
+  double least = std::numeric_limits<double>::max();
+  for (int j = 1; j <= std::min({ranks, static_cast<int>(n_[d1_]), static_cast<int>(n_[d2_])}); ++j) {
+    const int i = std::min(ranks / j, std::max(1, static_cast<int>(n_[axis_]) / 2));
+    const double planes = std::ceil(static_cast<double>(n_[axis_]) / i);
+    const double lines = std::ceil(static_cast<double>(n_[d1_]) / j) * n_[d2_];
+    const double time = planes * lines * node_time + 2 * message_time * (i - 1 + j - 1);
+    if (time < least) {
+      least = time;
+      along = i;
+      across = j;
+    }
+  }
+  first_layout_ = second_layout_ = {std::vector<IndexBlock>(owned.size()), {d2_, d1_, axis_}};
+  for (int r = 0; r < along * across; ++r) {
+    const auto range = [](Index count, int part, int parts) {
+      return std::array<Index, 2>{static_cast<Index>(mesh::even_begin(count, part, parts)),
+                                  static_cast<Index>(mesh::even_begin(count, part + 1, parts))};
+    };
+    const auto set = [&](BlockLayout& layout, int d, const std::array<Index, 2>& ends) {
+      layout.blocks[r].begin[d] = ends[0];
+      layout.blocks[r].end[d] = ends[1];
+    };
+    const int i = r / across, j = r % across;
+    for (BlockLayout* layout : {&first_layout_, &second_layout_}) set(*layout, axis_, range(n_[axis_], i, along));
+    set(first_layout_, d1_, range(n_[d1_], j, across));
+    set(first_layout_, d2_, {0, n_[d2_]});
+    set(second_layout_, d1_, {0, n_[d1_]});
+    set(second_layout_, d2_, range(n_[d2_], j, across));
+  }
+  if (comm_.rank() >= along * across) return;
+  for (int i = 0; i < along; ++i) {
+    group_.rank.push_back(i * across + comm_.rank() % across);
+    group_.begin.push_back(static_cast<Index>(mesh::even_begin(n_[axis_], i, along)));
+  }
+  group_.begin.push_back(n_[axis_]);
+  group_.me = comm_.rank() / across;
+}
+
+template <class Real>
+void TensorPoisson::make(std::unique_ptr<Tables<Real>>& tables) const {
+  tables = std::make_unique<Tables<Real>>();
+  tables->first = LineTransform<Real>(modes2_.q, modes2_.mirrored);
+  tables->second = LineTransform<Real>(modes1_.q, modes1_.mirrored);
+  const IndexBlock& first = first_layout_.blocks[comm_.rank()];
+  const IndexBlock& second = second_layout_.blocks[comm_.rank()];
+  if (!(owned_layout_ == first_layout_)) {
+    tables->gather = BlockExchange<Real>(comm_, owned_layout_, first_layout_);
+    tables->field.resize(first.size());
+  }
+  if (!(first_layout_ == second_layout_)) {
+    tables->turn = BlockExchange<Real>(comm_, first_layout_, second_layout_);
+    tables->turned.resize(second.size());
+  }
+  if (group_.rank.empty()) return;
+  std::vector<double> lambda;
+  for (Index m2 = second.begin[d2_]; m2 < second.end[d2_]; ++m2)
+    for (Index m1 = 0; m1 < n_[d1_]; ++m1) lambda.push_back(modes2_.eigenvalue[m2] + modes1_.eigenvalue[m1]);
+  const Index level_mode = singular_ && second.begin[d2_] == 0 ? 0 : -1;
+  tables->lines = std::make_unique<LineSolver<Real>>(comm_, group_, line_, lambda, level_mode);
+}
+
+template <class Real>
+void TensorPoisson::solve(std::unique_ptr<Tables<Real>>& tables, const Real* b, Real* x) {
+  if (tables == nullptr) make(tables);
+  Tables<Real>& t = *tables;
+  const Real* right = b;
+  if (singular_) {
     double mean = 0.0;
-    if (singular_) {
-      for (std::size_t a = 0; a < position_.size(); ++a) mean += values[a];
-      mean = comm_.sum(mean) / static_cast<double>(nodes_);
-    }
-    for (std::size_t a = 0; a < position_.size(); ++a) field_[position_[a]] = values[a] - mean;
-    FBI_PETSC(VecRestoreArrayRead(b, &values));
+    for (Index a = 0; a < owned_; ++a) mean += static_cast<double>(b[a]);
+    mean = comm_.sum(mean) / static_cast<double>(nodes_);
+    for (Index a = 0; a < owned_; ++a) x[a] = b[a] - static_cast<Real>(mean);
+    right = x;
   }
-  Matrix half(n1_, n2_);
-  for (Index plane = 0; plane < planes_; ++plane) {
-    Eigen::Map<Matrix> values(&field_[static_cast<std::size_t>(plane) * all_modes], n1_, n2_);
-    half.noalias() = values * q2_;
-    values.noalias() = q1_.transpose() * half;
+  const IndexBlock& first = first_layout_.blocks[comm_.rank()];
+  const IndexBlock& second = second_layout_.blocks[comm_.rank()];
+  const bool gathers = !(owned_layout_ == first_layout_), turns = !(first_layout_ == second_layout_);
+  Real* field = gathers ? t.field.data() : x;
+  Real* turned = turns ? t.turned.data() : field;
+  if (gathers) {
+    t.gather.forward(right, field);
+    right = field;
   }
-  // Planes of all modes -> lines of this rank's modes.
-  double* lines = field_.data();
-  if (ranks > 1) {
-    for (int r = 0; r < ranks; ++r) {
-      const Index count = planes_ > 0 ? send_count_[r] / planes_ : 0;
-      const Index first = static_cast<Index>(mesh::even_begin(all_modes, r, ranks));
-      for (Index plane = 0; plane < planes_; ++plane)
-        std::copy_n(&field_[static_cast<std::size_t>(plane) * all_modes + first], count,
-                    &sent_[send_begin_[r] + static_cast<std::size_t>(plane) * count]);
-    }
-    MPI_Alltoallv(sent_.data(), send_count_.data(), send_begin_.data(), MPI_DOUBLE, lines_.data(),
-                  receive_count_.data(), receive_begin_.data(), MPI_DOUBLE, comm_.get());
-    lines = lines_.data();
-  }
-  const std::size_t length = line_.k_diagonal.size();
-  for (std::size_t i = 0; i < length; ++i) {
-    double* row = lines + i * modes_;
-    const double* inverse = &inverse_pivot_[i * modes_];
-    if (i == 0) {
-      for (Index m = 0; m < modes_; ++m) row[m] *= inverse[m];
-      continue;
-    }
-    const double* before = row - modes_;
-    const double k = line_.k_off[i - 1], mass = line_.m_off[i - 1];
-    for (Index m = 0; m < modes_; ++m) row[m] = (row[m] - (k + eigenvalue_[m] * mass) * before[m]) * inverse[m];
-  }
-  for (std::size_t i = length - 1; i-- > 0;) {
-    double* row = lines + i * modes_;
-    const double* after = row + modes_;
-    const double* inverse = &inverse_pivot_[i * modes_];
-    const double k = line_.k_off[i], mass = line_.m_off[i];
-    for (Index m = 0; m < modes_; ++m) row[m] -= (k + eigenvalue_[m] * mass) * inverse[m] * after[m];
-  }
-  if (ranks > 1) {
-    MPI_Alltoallv(lines_.data(), receive_count_.data(), receive_begin_.data(), MPI_DOUBLE, sent_.data(),
-                  send_count_.data(), send_begin_.data(), MPI_DOUBLE, comm_.get());
-    for (int r = 0; r < ranks; ++r) {
-      const Index count = planes_ > 0 ? send_count_[r] / planes_ : 0;
-      const Index first = static_cast<Index>(mesh::even_begin(all_modes, r, ranks));
-      for (Index plane = 0; plane < planes_; ++plane)
-        std::copy_n(&sent_[send_begin_[r] + static_cast<std::size_t>(plane) * count], count,
-                    &field_[static_cast<std::size_t>(plane) * all_modes + first]);
-    }
-  }
-  for (Index plane = 0; plane < planes_; ++plane) {
-    Eigen::Map<Matrix> values(&field_[static_cast<std::size_t>(plane) * all_modes], n1_, n2_);
-    half.noalias() = q1_ * values;
-    values.noalias() = half * q2_.transpose();
-  }
-  double* out = nullptr;
-  FBI_PETSC(VecGetArray(x, &out));
-  for (std::size_t a = 0; a < position_.size(); ++a) out[a] = field_[position_[a]];
-  FBI_PETSC(VecRestoreArray(x, &out));
+  const Index planes = first.extent(axis_);
+  t.first.forward(1, first.extent(d1_) * planes, right, field);
+  if (turns) t.turn.forward(field, turned);
+  t.second.forward(second.extent(d2_), planes, turned, turned);
+  if (t.lines != nullptr) t.lines->solve(turned);
+  t.second.backward(second.extent(d2_), planes, turned, turned);
+  if (turns) t.turn.backward(turned, field);
+  t.first.backward(1, first.extent(d1_) * planes, field, field);
+  if (gathers) t.gather.backward(field, x);
+}
+
+void TensorPoisson::apply(const double* b, double* x) { solve(double_, b, x); }
+
+void TensorPoisson::apply(const float* b, float* x) { solve(float_, b, x); }
+
+void TensorPoisson::apply(Vec b, Vec x) {
+  const double* right = nullptr;
+  double* solution = nullptr;
+  FBI_PETSC(VecGetArrayRead(b, &right));
+  FBI_PETSC(VecGetArray(x, &solution));
+  apply(right, solution);
+  FBI_PETSC(VecRestoreArray(x, &solution));
+  FBI_PETSC(VecRestoreArrayRead(b, &right));
 }
 
 }  // namespace fbi::linalg

@@ -1,10 +1,13 @@
 /// Exact solution of the Laplacian of trilinear elements on a tensor-product box, by fast diagonalisation.
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
+#include <memory>
 #include <vector>
 
+#include "linalg/block_exchange.hpp"
+#include "linalg/line_solver.hpp"
+#include "linalg/line_transform.hpp"
 #include "linalg/pressure_solver.hpp"
 #include "mesh/hex_mesh.hpp"
 
@@ -13,47 +16,64 @@ namespace fbi::linalg {
 /// Solves L x = b with L = K1 x M2 x M3 + M1 x K2 x M3 + M1 x M2 x K3 (Kronecker products of one-dimensional stiffness
 /// and mass matrices of linear elements), the hex8 Laplacian on a box (Lynch, Rice, Thomas 1964).
 ///
-/// The two directions that no rank boundary cuts are diagonalised (Q^T M Q = I, Q^T K Q = diag), the remaining
-/// direction is one tridiagonal system per pair of modes. Ranks own slabs of whole planes; modes are exchanged so that
-/// each rank solves whole lines: two messages to every other rank and solve, no rank holds more than its share.
+/// Two directions are diagonalised (Q^T M Q = I, Q^T K Q = diag), the remaining one, the axis, is one tridiagonal
+/// system per pair of modes. Ranks that own slabs along the axis exchange separator planes only. Other blocks are
+/// first sent to a grid of ranks, planes along the axis times lines of one other direction, and once more between the
+/// two transforms. No rank holds more than its share; messages go to the ranks of one row or column of that grid and
+/// to those whose blocks intersect.
 class TensorPoisson : public PressureSolver {
  public:
-  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
   /// `robin[d][e]` is added to K_d at the low (e = 0) or high end [1/length], 0 = natural condition. All zero: the
   /// constant is in the kernel; right-hand sides are made compatible and solutions get an arbitrary level. Collective.
   /// `factor[d][i]` multiplies the stiffness of interval i along direction d; empty: 1.
   TensorPoisson(const mesh::HexMesh& mesh, const std::array<std::array<double, 2>, 3>& robin,
                 const std::array<std::vector<double>, 3>& factor = {});
 
-  /// True when the mesh is a box without periodic faces and every rank owns whole planes of nodes. The same on all
-  /// ranks. Collective.
+  /// True when the mesh is a box without periodic faces and every rank owns a block of nodes. The same on all ranks.
+  /// Collective.
   static bool supports(const mesh::HexMesh& mesh);
 
   /// x = L^-1 b; vectors hold one number per owned node. Collective.
   void apply(Vec b, Vec x) override;
+  /// The same on arrays, shape=(owned nodes), which must differ; in single precision all of the work is done in it.
+  /// The tables of each precision are made when it is first used. Collective.
+  void apply(const double* b, double* x);
+  void apply(const float* b, float* x);
 
  private:
-  struct Line {  // one direction: tridiagonal stiffness and mass
-    std::vector<double> k_diagonal, k_off, m_diagonal, m_off;
+  template <class Real>
+  struct Tables {
+    LineTransform<Real> first, second;  // along the second and the first of the other two directions
+    BlockExchange<Real> gather, turn;
+    std::unique_ptr<LineSolver<Real>> lines;
+    std::vector<Real> field, turned;
   };
-  static Line make_line(const std::vector<double>& coordinates, const std::array<double, 2>& robin,
-                        const std::vector<double>& factor);
+  template <class Real>
+  void make(std::unique_ptr<Tables<Real>>& tables) const;
+  template <class Real>
+  void solve(std::unique_ptr<Tables<Real>>& tables, const Real* b, Real* x);
+  void choose_grid(const std::vector<IndexBlock>& owned);
 
   Comm comm_;
-  int axis_ = 0;           // direction of the tridiagonal systems
-  Index planes_ = 0;       // of this rank along axis_
-  Index n1_ = 0, n2_ = 0;  // nodes along the other two
   GlobalIndex nodes_ = 0;
+  Index owned_ = 0;
   bool singular_ = false;
-  std::vector<Index> position_;  // of each owned node in the (plane, 1, 2) order
-  Matrix q1_, q2_;
-  std::vector<int> send_count_, send_begin_, receive_count_, receive_begin_;
-  Index first_mode_ = 0, modes_ = 0;  // this rank's
-  Line line_;
-  std::vector<double> eigenvalue_;     // of this rank's modes
-  std::vector<double> inverse_pivot_;  // shape=(nodes along axis_,modes)
-  std::vector<double> field_, lines_, sent_;
+  int axis_ = 0;              // direction of the tridiagonal systems
+  int d1_ = 1, d2_ = 2;       // the other two
+  std::array<Index, 3> n_{};  // nodes of the box
+  LineMatrices line_;         // along the axis
+  struct Modes {              // of one direction
+    LineTransform<double>::Matrix q;
+    std::vector<double> eigenvalue;
+    bool mirrored = false;
+  };
+  static Modes diagonalise(const LineMatrices& line);
+  Modes modes1_, modes2_;
+  // Owned nodes; whole lines along d2_; the same with whole lines along d1_ and modes in place of d2_.
+  BlockLayout owned_layout_, first_layout_, second_layout_;
+  PlaneGroup group_;
+  std::unique_ptr<Tables<double>> double_;
+  std::unique_ptr<Tables<float>> float_;
 };
 
 }  // namespace fbi::linalg
