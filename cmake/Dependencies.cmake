@@ -38,6 +38,9 @@ target_compile_options(fbi_options INTERFACE -Wall -Wextra -Wno-unknown-pragmas
 target_link_libraries(fbi_options INTERFACE MPI::MPI_C Eigen3::Eigen)
 if(FBI_NATIVE)
   target_compile_options(fbi_options INTERFACE -march=native)
+else()
+  # The kernels of the linear solver are compiled for several processors, the best one is taken at run time.
+  target_compile_definitions(fbi_options INTERFACE FBI_PORTABLE)
 endif()
 if(FBI_SANITIZE)
   target_compile_options(fbi_options INTERFACE -fsanitize=address,undefined -fno-omit-frame-pointer)
