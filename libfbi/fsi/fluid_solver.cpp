@@ -19,6 +19,7 @@ namespace {
 constexpr double robin = 3.0;  // Robin coefficient of the pressure operator at open faces, times 1/h
 constexpr int single_restart = 40;
 constexpr double tired_effort = 1.5;        // iterations with a factor that lags, against those when it was new
+constexpr double other_sigma = 0.25;        // change of 1/dt after which a factor is not that of the problem any more
 constexpr int tired_iterations = 40;        // of one solve, then it is renewed
 constexpr double single_digits = 1e-5;      // a solve in single precision goes no further
 constexpr double trusted_digits = 1e-4;     // to which its own estimate of the residual is trusted
@@ -310,7 +311,8 @@ bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed) 
   if (coupling_ == nullptr || coupling_->global_rows() == 0) return true;
   // The factor belongs to M: fixed fibers keep theirs for good. It may lag behind S and W, which change less in a step
   // than M does in a few.
-  const bool renew = geometry_changed || age_.rows != coupling_->rows() || age_.sigma != fluid_.sigma() ||
+  const bool renew = geometry_changed || age_.rows != coupling_->rows() ||
+                     std::abs(age_.sigma - fluid_.sigma()) > other_sigma * fluid_.sigma() ||
                      age_.effort > tired_effort * age_.fresh_effort;
   age_.exact = age_.exact && !interface_changed;
   if (!comm_.any(renew)) return true;

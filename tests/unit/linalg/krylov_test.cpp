@@ -52,9 +52,9 @@ TEST(Krylov, reaches_the_true_residual_it_reports) {
         ++applications;
         FBI_PETSC(MatMult(matrix, in, out));
       },
-      [](Vec in, Vec out) { FBI_PETSC(VecCopy(in, out)); }, 100);
+      [](Vec in, Vec out) { FBI_PETSC(VecCopy(in, out)); });
   for (const double tolerance : {1e-3, 1e-10}) {
-    const KrylovResult result = krylov.solve(b, x, tolerance);
+    const KrylovResult result = krylov.solve(b, x, tolerance, 100);
     EXPECT_TRUE(result.converged);
     EXPECT_LE(true_residual(matrix, b, x), 1.01 * tolerance);
     EXPECT_NEAR(true_residual(matrix, b, x), result.relative_residual, 1e-12);
@@ -71,8 +71,8 @@ TEST(Krylov, says_so_when_it_does_not_converge) {
   FBI_PETSC(VecSet(b, 1.0));
   Krylov krylov(
       comm, b, [&](Vec in, Vec out) { FBI_PETSC(MatMult(matrix, in, out)); },
-      [](Vec in, Vec out) { FBI_PETSC(VecCopy(in, out)); }, 3);
-  const KrylovResult result = krylov.solve(b, x, 1e-10);
+      [](Vec in, Vec out) { FBI_PETSC(VecCopy(in, out)); });
+  const KrylovResult result = krylov.solve(b, x, 1e-10, 3);
   EXPECT_FALSE(result.converged);
   EXPECT_EQ(result.iterations, 3);
 }

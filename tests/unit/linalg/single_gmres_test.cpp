@@ -48,7 +48,9 @@ TEST(SingleGmres, SolvesToItsToleranceWithAndWithoutRestarts) {
       right = b;
       const KrylovResult result = solver.solve(b.data(), x.data(), 1e-5, 400);
       EXPECT_TRUE(result.converged);
-      if (restart == 8) EXPECT_GT(result.iterations, 8);
+      if (restart == 8) {
+        EXPECT_GT(result.iterations, 8);
+      }
       problem.multiply(x.data(), product.data());
       double sums[2] = {0, 0};
       for (std::size_t k = 0; k < problem.size; ++k) {
