@@ -111,10 +111,13 @@ ExitCode run_case(const RunOptions& options) {
   const Scene scene = inspect(setup);
   if (!options.quiet) {
     print_scene(scene, setup);
-    print_skipped(parameters, *setup.system, setup.fluid_mesh != nullptr && setup.fluid_mesh->box.has_value());
+    print_skipped(parameters, *setup.system, setup.fluid_mesh != nullptr && setup.fluid_mesh->box.has_value(),
+                  scene.direct);
   }
   for (const std::string& text : stability_warnings(stability_numbers(setup, scene), parameters))
     log::warning("%s", text.c_str());
+  const std::string memory = memory_warning(setup, scene.memory);
+  if (!memory.empty()) log::warning("%s", memory.c_str());
   if (options.dry_run) return ExitCode::ok;
 
   check_result_paths(comm, options.case_path, paths);

@@ -11,8 +11,7 @@
 namespace fbi::cases {
 namespace {
 
-constexpr int time_samples = 20;           // of prescribed velocities, to find the largest
-constexpr double memory_per_rank = 6.0e7;  // programs, libraries and MPI buffers [bytes]
+constexpr int time_samples = 20;  // of prescribed velocities, to find the largest
 
 /// What is known of the velocity beforehand, over the nodes of this rank.
 struct Speeds {
@@ -84,7 +83,8 @@ Scene inspect(const Setup& setup) {
   const Comm& comm = fibers.comm;
   const GlobalIndex every = parameters.output.every;
   scene.outputs = 2 + (every > 0 ? (setup.steps - 1) / every : 0);  // first, last and those between
-  scene.memory = memory_per_rank * comm.size() + 20000.0 * static_cast<double>(fibers.global_nodes);
+  scene.direct = is_solved_directly(setup);
+  scene.memory = memory_need(setup, scene.direct);
   scene.disk_per_output = 72.0 * static_cast<double>(fibers.global_elements * parameters.output.fiber_points) +
                           48.0 * static_cast<double>(fibers.global_nodes);
   scene.disk_per_checkpoint = 8.0 * 48.0 * static_cast<double>(fibers.global_nodes);
@@ -118,12 +118,6 @@ Scene inspect(const Setup& setup) {
   scene.start_speed = comm.max(speeds.at_start);
   scene.speed_change = comm.max(speeds.change);
   scene.height = smallest_extent(*fluid);
-  // Per node: about 60 vectors of four unknowns (Krylov basis included), the pressure matrix and its multigrid levels,
-  // the mesh.
-  scene.memory += 3500.0 * static_cast<double>(scene.fluid_nodes);
-  // The assembled matrix, its sum with the multiplier term, the factors, and what PETSc keeps to fill them again.
-  if (parameters.solver.linear == fsi::LinearSolver::reference)
-    scene.memory += 40000.0 * static_cast<double>(scene.fluid_nodes);
   scene.disk_per_output += 32.0 * static_cast<double>(scene.fluid_nodes);
   scene.disk_per_checkpoint += 96.0 * static_cast<double>(scene.fluid_nodes);
   if (setup.averages != nullptr) {
@@ -178,14 +172,19 @@ void print_scene(const Scene& scene, const Setup& setup) {
   if (scene.highest_frequency > 0.0 && dt > 0.0 && parameters.beam_time.scheme != beam::TimeScheme::static_)
     log::info("fiber modes   highest omega dt = %.3g (implicit: no limit; above 1 it is not resolved)",
               scene.highest_frequency * dt);
-  log::info("memory        about %s for all ranks together", memory_text(scene.memory).c_str());
+  const double total = scene.memory.total();
+  const int ranks = setup.fiber_mesh->comm.size();
+  log::info("memory        about %s for all ranks together%s%s", memory_text(total).c_str(),
+            ranks > 1 ? log::format(", %s a rank", memory_text(total / ranks).c_str()).c_str() : "",
+            scene.memory.factors > 0.0 ? log::format(" (factors %s)", memory_text(scene.memory.factors).c_str()).c_str()
+                                       : "");
   log::info("disk          about %s an output, %s for all %lld; %s a checkpoint, two are kept",
             memory_text(scene.disk_per_output).c_str(),
             memory_text(scene.disk_per_output * static_cast<double>(scene.outputs)).c_str(),
             static_cast<long long>(scene.outputs), memory_text(scene.disk_per_checkpoint).c_str());
 }
 
-void print_skipped(const CaseParameters& parameters, const fsi::System& system, bool box) {
+void print_skipped(const CaseParameters& parameters, const fsi::System& system, bool box, bool direct) {
   std::string skipped;
   const auto skip = [&](bool condition, const char* text) {
     if (condition) skipped += std::string(skipped.empty() ? "" : "; ") + text;
@@ -194,8 +193,14 @@ void print_skipped(const CaseParameters& parameters, const fsi::System& system, 
   skip(!system.has_fluid(), "no fluid: fibers alone");
   skip(system.is_coupled() && !system.fibers_move(),
        "fibers do not move: no beam solve, one search and one multiplier factor");
+  skip(system.is_coupled() && system.scheme().direction == fsi::Direction::fiber_only,
+       "fluid without fibers: no multipliers in its equations");
+  skip(system.is_coupled() && system.fibers_move() && system.scheme().direction == fsi::Direction::fluid_only,
+       "fibers without fluid: nothing condensed");
   if (system.has_fluid()) {
-    skip(parameters.fluid->convective_form == fluid::ConvectiveForm::none, "no convection");
+    skip(parameters.fluid->convective_form == fluid::ConvectiveForm::none,
+         "no convection: tau and preconditioner once for each time step size");
+    skip(direct, "direct solver: no preconditioner");
     skip(parameters.fluid_time.scheme == fluid::TimeScheme::steady, "steady: no history");
     skip(box, "box mesh: constant Jacobians");
   }

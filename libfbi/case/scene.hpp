@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "case/memory_need.hpp"
 #include "case/setup.hpp"
 
 namespace fbi::cases {
@@ -19,7 +20,8 @@ struct Scene {
   double fiber_length = 0.0;         ///< of the longest fiber [length]
   double stiffness = 0.0;            ///< smallest EI of a moving fiber [force length^2]
   double highest_frequency = 0.0;    ///< of a fiber element [1/time]
-  double memory = 0.0;               ///< estimate for all ranks together [bytes]
+  bool direct = false;               ///< linear systems are factorised
+  MemoryNeed memory;                 ///< for all ranks together
   double disk_per_output = 0.0;      ///< [bytes]
   double disk_per_checkpoint = 0.0;  ///< [bytes]
   GlobalIndex outputs = 0;           ///< field outputs of the whole run, with the first
@@ -33,6 +35,6 @@ Scene inspect(const Setup& setup);
 void print_scene(const Scene& scene, const Setup& setup);
 
 /// One line for each thing this scene does not need.
-void print_skipped(const CaseParameters& parameters, const fsi::System& system, bool box);
+void print_skipped(const CaseParameters& parameters, const fsi::System& system, bool box, bool direct);
 
 }  // namespace fbi::cases

@@ -29,6 +29,12 @@ constexpr GlobalIndex steady_direct_below = 150000;  // the factors of a cube of
 
 }  // namespace
 
+bool solves_directly(const SolverParameters& parameters, const fluid::FluidField& fluid) {
+  const GlobalIndex limit = fluid.is_steady() ? steady_direct_below : direct_below;
+  const bool small = parameters.linear == LinearSolver::automatic && 4 * fluid.mesh().global_nodes < limit;
+  return small || parameters.linear == LinearSolver::direct;
+}
+
 FluidSolver::FluidSolver(fluid::FluidField& fluid, const coupling::Coupling* coupling,
                          const coupling::InterfaceOperator* interface, const SolverParameters& parameters)
     : fluid_(fluid), coupling_(coupling), interface_(interface), parameters_(parameters), comm_(fluid.mesh().comm) {
@@ -38,9 +44,7 @@ FluidSolver::FluidSolver(fluid::FluidField& fluid, const coupling::Coupling* cou
   // What makes continuity rows forces when there is no time step: rho |v| + mu/h.
   steady_scale_ =
       fluid_.parameters().density * fluid_.max_velocity() + fluid_.parameters().viscosity / fluid_.smallest_cell();
-  const GlobalIndex limit = fluid_.is_steady() ? steady_direct_below : direct_below;
-  const bool small = parameters_.linear == LinearSolver::automatic && 4 * mesh.global_nodes < limit;
-  if (small || parameters_.linear == LinearSolver::direct) {
+  if (solves_directly(parameters_, fluid_)) {
     direct_ = std::make_unique<ExtendedSystem>(fluid_, coupling_, interface_);
     return;
   }

@@ -23,6 +23,9 @@ namespace fbi::fsi {
 /// out (rows,3) = M u. Ghosts of u must be up to date. Collective.
 void interpolate(const coupling::Coupling& coupling, Vec u, std::vector<double>& out);
 
+/// Whether linear systems of the fluid are factorised: few unknowns, or on request.
+bool solves_directly(const SolverParameters& parameters, const fluid::FluidField& fluid);
+
 /// Solves with the tangent of the fluid at its linearisation point, with or without fibers.
 ///
 /// Iterative: FGMRES with a pressure-splitting block preconditioner. The velocity block is (W^-1 + M^T S^-1 M)^-1 with

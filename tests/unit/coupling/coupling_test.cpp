@@ -332,7 +332,7 @@ TEST(Coupling, TwoFibersInOneCell) {
 // Elements whose curve is what it was keep their segments; the operators are, bit by bit, those of a new search.
 TEST(Coupling, ElementsThatDidNotMoveKeepTheirSegments) {
   for (const bool general : {false, true})
-    for (const Multiplier multiplier : {Multiplier::linear, Multiplier::gauss_point}) {
+    for (const auto multiplier : {coupling::Multiplier::linear, coupling::Multiplier::gauss_point}) {
       const Scene scene(general ? perturbed(cube(6), 0.02, 3) : cube(6), random_lines(12, 0.1, 0.9, 3, 4));
       CouplingParameters parameters;
       parameters.multiplier = multiplier;

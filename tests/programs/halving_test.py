@@ -1,0 +1,82 @@
+#!/usr/bin/env python3
+"""Steps that do not converge: repeated in parts, reported, restarted in the middle, and given up in the end."""
+import re
+import unittest
+
+from programs import ProgramTest, main, reed, table_of
+
+STEP = 0.02
+
+
+def hard(amplitude, newton, **changes):
+    """The reed in fast flow with few Newton iterations a step."""
+    return reed(time__step=STEP, time__end=12 * STEP, solver={"newton_iterations": newton},
+                channel__boundaries__xmin__velocity=[f"{amplitude}*y*(1-y)*sin(20*t)", 0, 0],
+                output={"every": 3, "checkpoint": 1, "probes": [{"fiber": "reed"}]}, **changes)
+
+
+class Halvings(ProgramTest):
+
+    def test_a_run_that_needs_them(self):
+        for ranks in (1, 2):
+            with self.subTest(ranks=ranks):
+                self.new_folder()
+                self.generate(hard(40, 4))
+                outcome = self.expect_code(0, self.run_program("fbi-run", "reed.h5", ranks=ranks))
+                columns, rows = table_of(self.folder / "reed.run.csv")
+                # One row for each step of the grid, at its times, whatever the steps were done in.
+                self.assertEqual([row[0] for row in rows], [str(n) for n in range(1, 13)])
+                for n, row in enumerate(rows, 1):
+                    self.assertAlmostEqual(float(row[1]), n * STEP, places=12)
+                sizes = [float(row[columns.index("dt")]) for row in rows]
+                self.assertEqual(sorted(set(sizes)), [STEP / 2, STEP])
+                self.assertEqual(sizes[0], STEP)
+                self.assertEqual(self.outputs(), [0, 3, 6, 9, 12])
+                repeated = len(re.findall(r"did not converge:.*repeated with dt = 0.01$", outcome.err, re.MULTILINE))
+                self.assertGreater(repeated, 0)
+                divided = sum(size < STEP for size in sizes)
+                self.assertRegex(outcome.out, rf"{repeated} attempts? did not converge and (was|were) repeated with a smaller "
+                                              rf"dt; {divided} steps? (was|were) done in parts, the smallest of 0.01")
+                self.assertIn(f"# work: steps repeated = {repeated}\n", (self.folder / "reed.run.csv").read_text())
+                # The work of what was thrown away is counted in the row.
+                newton = [int(row[columns.index("newton")]) for row in rows]
+                self.assertGreater(max(newton), 8)
+                self.check_readable()
+
+    def test_restart_between_parts(self):
+        # A restart knows the size that the steps have come to.
+        case = hard(100, 5)
+        case["time"]["end"] = 10 * STEP
+        whole = self.complete_run(case, "whole")
+        for step in (2, 4, 5, 7):
+            with self.subTest(step=step):
+                self.new_folder()
+                self.generate(case)
+                self.expect_code(0, self.run_program("fbi-run", "reed.h5", "--quiet", "--steps", step))
+                self.expect_code(0, self.run_program("fbi-run", "reed.h5", "--quiet", "--restart", "last"))
+                self.expect_same_results(whole, self.folder)
+
+    def test_a_run_that_they_do_not_save(self):
+        case = hard(100, 5)
+        self.generate(case)
+        outcome = self.run_program("fbi-run", "reed.h5")
+        self.expect_error(4, outcome, "step 11 (t = 0.22) did not converge, not even in parts of 0.00125",
+                          "the state after step 10 is saved", "more time.halvings")
+        self.assertEqual(self.checkpoints()[-1], 10)
+        self.assertEqual(self.outputs()[-1], 10)
+        self.assertIn("# failed: step 11 ", (self.folder / "reed.run.csv").read_text())
+        self.check_readable()
+        # More halvings go on from there.
+        self.generate(hard(100, 5, time__halvings=7))
+        self.expect_code(0, self.run_program("fbi-run", "reed.h5", "--quiet", "--restart", "last"))
+        self.assertEqual(len(table_of(self.folder / "reed.run.csv")[1]), 12)
+
+    def test_none_at_all(self):
+        self.generate(hard(40, 4, time__halvings=0))
+        outcome = self.run_program("fbi-run", "reed.h5")
+        self.expect_error(4, outcome, "step 5 (t = 0.1) did not converge:", "the state after step 4 is saved")
+        self.assertNotIn("repeated", outcome.err)
+
+
+if __name__ == "__main__":
+    main()
