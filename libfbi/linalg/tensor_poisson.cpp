@@ -10,6 +10,14 @@
 namespace fbi::linalg {
 namespace {
 
+// Measured (docs/adr/0013): an exact solve takes 4 ns + 0.02 ns (n1 + n2) a node in double precision, n1 and n2 nodes
+// across the axis; one multigrid cycle some 200 ns, and more and larger messages. Beyond this n1 + n2 multigrid wins.
+constexpr GlobalIndex most_across = 8000;
+constexpr double node_time = 4e-9, node_and_mode_time = 2e-11;  // [s]
+constexpr double message_time = 2e-6, byte_time = 2e-10;        // [s], of a network
+// Slabs exchange with all others; from this many ranks on a grid with fewer partners is considered.
+constexpr int many_slabs = 32;
+
 std::array<Index, 3> box_nodes(const mesh::HexMesh& mesh) {
   std::array<Index, 3> n{};
   for (int d = 0; d < 3; ++d) n[d] = static_cast<Index>(mesh.box->coordinates[d].size());
@@ -63,6 +71,8 @@ int slab_axis(const std::vector<IndexBlock>& blocks, const std::array<Index, 3>&
 
 bool TensorPoisson::supports(const mesh::HexMesh& mesh) {
   if (!mesh.box || mesh.has_images()) return false;
+  const std::array<Index, 3> n = box_nodes(mesh);
+  if (GlobalIndex{n[0]} + n[1] + n[2] - n[longest(n)] > most_across) return false;
   return !mesh.comm.any(owned_range(mesh).size() != static_cast<std::size_t>(mesh.owned_nodes));
 }
 
@@ -109,8 +119,8 @@ TensorPoisson::TensorPoisson(const mesh::HexMesh& mesh, const std::array<std::ar
   static_assert(sizeof(IndexBlock) == 6 * sizeof(int));
   MPI_Allgather(&mine, 6, MPI_INT, owned.data(), 6, MPI_INT, comm_.get());
   axis_ = slab_axis(owned, n_);
-  const bool slabs = axis_ >= 0;
-  if (!slabs) axis_ = longest(n_);
+  const bool slabs = axis_ >= 0 && comm_.size() <= many_slabs;
+  if (axis_ < 0) axis_ = longest(n_);
   d1_ = axis_ == 0 ? 1 : 0;
   d2_ = axis_ == 2 ? 1 : 2;
   const auto matrices = [&](int d) { return LineMatrices(mesh.box->coordinates[d], robin[d], factor[d]); };
@@ -134,15 +144,16 @@ TensorPoisson::TensorPoisson(const mesh::HexMesh& mesh, const std::array<std::ar
 
 void TensorPoisson::choose_grid(const std::vector<IndexBlock>& owned) {
   const int ranks = comm_.size();
-  // The grid of least time: work of a rank, and messages in a row and a column. Only the ratio of both matters.
-  const double node_time = 1e-10 * (n_[d1_] + n_[d2_]), message_time = 2e-6;
+  // The grid of least time: work of a rank, messages in a row and a column, and fields that are sent there and back.
   int along = 1, across = 1;  // ranks along the axis, and across it
   double least = std::numeric_limits<double>::max();
   for (int j = 1; j <= std::min({ranks, static_cast<int>(n_[d1_]), static_cast<int>(n_[d2_])}); ++j) {
     const int i = std::min(ranks / j, std::max(1, static_cast<int>(n_[axis_]) / 2));
     const double planes = std::ceil(static_cast<double>(n_[axis_]) / i);
     const double lines = std::ceil(static_cast<double>(n_[d1_]) / j) * n_[d2_];
-    const double time = planes * lines * node_time + 2 * message_time * (i - 1 + j - 1);
+    const double work = node_time + node_and_mode_time * (n_[d1_] + n_[d2_]);
+    const double sent = byte_time * 2 * sizeof(double) * (j > 1 ? 2 : 1);
+    const double time = planes * lines * (work + sent) + 2 * message_time * (i - 1 + j - 1);
     if (time < least) {
       least = time;
       along = i;

@@ -29,8 +29,8 @@ class TensorPoisson : public PressureSolver {
   TensorPoisson(const mesh::HexMesh& mesh, const std::array<std::array<double, 2>, 3>& robin,
                 const std::array<std::vector<double>, 3>& factor = {});
 
-  /// True when the mesh is a box without periodic faces and every rank owns a block of nodes. The same on all ranks.
-  /// Collective.
+  /// True when the mesh is a box without periodic faces, every rank owns a block of nodes, and the box is not so wide
+  /// that multigrid is faster. The same on all ranks. Collective.
   static bool supports(const mesh::HexMesh& mesh);
 
   /// x = L^-1 b; vectors hold one number per owned node. Collective.
