@@ -11,10 +11,6 @@
 
 namespace fbi::fsi {
 
-namespace {
-constexpr double bound = 0.5;  // share of the bound of the rows beyond inertia: GMRES wants the mean, not the largest
-}
-
 using linalg::GhostedForm;
 using linalg::Read;
 using linalg::Write;
@@ -85,8 +81,7 @@ void VelocityWeight::renew() {
   for (Index a = 0; a < mesh.local_nodes(); ++a)
     for (int i = 0; i < 3; ++i) {
       const std::size_t node = a;
-      values_[3 * node + i] =
-          dirichlet[4 * node + i] != 0 ? 0.0 : 1.0 / (density * sigma * volume[a] + bound * diagonal[a]);
+      values_[3 * node + i] = dirichlet[4 * node + i] != 0 ? 0.0 : 1.0 / (density * sigma * volume[a] + diagonal[a]);
     }
 }
 
