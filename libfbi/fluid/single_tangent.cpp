@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/counters.hpp"
 #include "base/timer.hpp"
 #include "fem/hex8.hpp"
 
@@ -54,6 +55,7 @@ void SingleTangent::apply_to_pressure(const float* x, float* y) const {
 
 void SingleTangent::add_velocity(const float* x, float* y, const std::function<void(float*)>& add) const {
   const Timed timed("fluid tangent");
+  count("fluid tangent products");
   std::fill(y + 4 * static_cast<std::size_t>(mesh_.owned_nodes), y + 4 * static_cast<std::size_t>(mesh_.local_nodes()),
             0.0f);
   add_velocity_columns(linear_, x, y);

@@ -52,7 +52,8 @@ void FiberTangent::solve(std::vector<double>& force) const {
 bool solve_fibers(System& system, const std::vector<double>& pull) {
   Timed timed("fiber solve");
   beam::BeamField& beams = system.beams();
-  const double w = system.weight(), tolerance = system.solver_parameters().newton_tolerance;
+  // Cheap beside a solve of the fluid: no need to stop early.
+  const double w = system.weight(), tolerance = std::min(1e-6, system.solver_parameters().newton_tolerance);
   double reference = 0.0, last = 0.0;
   for (int iteration = 0; iteration <= most_iterations; ++iteration) {
     const FiberTangent tangent(system, true);

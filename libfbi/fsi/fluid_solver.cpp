@@ -317,7 +317,7 @@ bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed) 
   // than M does in a few.
   const bool renew = geometry_changed || age_.rows != coupling_->rows() ||
                      std::abs(age_.sigma - fluid_.sigma()) > other_sigma * fluid_.sigma() ||
-                     age_.effort > tired_effort * age_.fresh_effort;
+                     (!age_.exact && age_.effort > tired_effort * age_.fresh_effort);
   age_.exact = age_.exact && !interface_changed;
   if (!comm_.any(renew)) return true;
   return renew_factor();

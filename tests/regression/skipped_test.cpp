@@ -68,7 +68,7 @@ TEST(Skipped, MovingFibersNeedEverything) {
   const Work work(scene("{}"));
   EXPECT_EQ(work["searches"], steps);
   EXPECT_EQ(work["builds of M"], steps);
-  EXPECT_EQ(work["multiplier factorizations"], work["linear solves"]);
+  EXPECT_EQ(work["multiplier factorizations"], steps);  // those of M, which is built once a step
   EXPECT_GT(work["fiber tangents"], steps);
   EXPECT_GT(work["condensations"], steps);
   EXPECT_GE(work["elements cut"], 4 * (steps - 1));
