@@ -122,7 +122,7 @@ Scene inspect(const Setup& setup) {
   scene.disk_per_checkpoint += 96.0 * static_cast<double>(scene.fluid_nodes);
   if (setup.averages != nullptr) {
     const double bytes = 8.0 * RunningMean::components * static_cast<double>(scene.fluid_nodes);
-    scene.memory += bytes;
+    scene.memory.fluid += bytes;
     scene.disk_per_output += bytes;
     scene.disk_per_checkpoint += bytes;
   }
