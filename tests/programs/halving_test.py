@@ -47,6 +47,7 @@ class Halvings(ProgramTest):
         # A restart knows the size that the steps have come to.
         case = hard(100, 5)
         case["time"]["end"] = 10 * STEP
+        case["output"]["every"] = 1
         whole = self.complete_run(case, "whole")
         for step in (2, 4, 5, 7):
             with self.subTest(step=step):
