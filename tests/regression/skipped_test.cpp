@@ -141,7 +141,7 @@ TEST(Skipped, StokesFlowKeepsItsOperator) {
   EXPECT_EQ(direct["fluid tangents assembled"], 1);
   EXPECT_GE(direct["linear solves"], steps);
   const Work moving(scene("{" + stokes + R"(, "solver": { "linear": "direct" } })"));
-  EXPECT_EQ(moving["direct factorizations"], moving["linear solves"]);
+  EXPECT_GE(moving["direct factorizations"], steps);  // a second iteration may keep them
 }
 
 TEST(Skipped, SteadyFlowHasNoHistory) {
