@@ -170,16 +170,6 @@ void BeamField::linearize() {
     if (!b.joints->factorize(b, g)) b.joints_singular = true;
 }
 
-void BeamField::evaluate() { implementation_->evaluate_all(false); }
-
-bool BeamField::keep_tangents() const {
-  const Implementation& b = *implementation_;
-  if (b.triads != nullptr || b.joints != nullptr) return false;
-  for (Index f = 0; f < b.mesh.fibers(); ++f)
-    if (b.is_rigid(f)) return false;
-  return true;
-}
-
 const std::vector<double>& BeamField::residual() const { return implementation_->residual; }
 
 double BeamField::force_scale() const {

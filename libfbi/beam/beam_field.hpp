@@ -45,11 +45,6 @@ class BeamField {
   /// Evaluates residual G_b (without any coupling force, internal - external + inertia, at the generalised-alpha level)
   /// and factorises K_b of every fiber at the current iterate. Constrained rows of G_b are zero.
   void linearize();
-  /// The residual alone; K_b stays factorised as it is. For fields that keep_tangents().
-  void evaluate();
-  /// K_b and G_b of this rank's fibers are independent of each other: no triads to eliminate, no joints, no rigid
-  /// fibers.
-  bool keep_tangents() const;
   /// Fibers with triads: G_b is what remains after the triads are eliminated, so that K_b^-1 G_b is the center-line
   /// part of the increment of all unknowns.
   const std::vector<double>& residual() const;

@@ -69,20 +69,20 @@ void add_compliance(const System& system, coupling::InterfaceOperator& s) {
   }
 }
 
-bool condense(System& system, std::vector<double>& g, bool keep) {
+bool condense(System& system, std::vector<double>& g) {
   Timed timed("condensation");
   coupling::InterfaceOperator& interface = system.interface();
   const coupling::Coupling& coupling = system.coupling();
   beam::BeamField& beams = system.beams();
-  if (!keep) interface.reset(coupling);
+  interface.reset(coupling);
   g.assign(3 * static_cast<std::size_t>(coupling.rows()), 0.0);
   if (system.fibers_follow() && beams.velocity_per_displacement() != 0.0) {
-    if (!keep) add_compliance(system, interface);
+    add_compliance(system, interface);
     coupling.apply_d(free_velocity(system), g.data());
   } else {
     coupling.apply_d(beams.velocity(), g.data());
   }
-  return keep || !system.comm().any(!interface.factorize());
+  return !system.comm().any(!interface.factorize());
 }
 
 void multipliers(System& system, const std::vector<double>& g, std::vector<double>& lambda) {

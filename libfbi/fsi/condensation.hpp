@@ -15,8 +15,7 @@ void add_compliance(const System& system, coupling::InterfaceOperator& s);
 /// S and g of the condensed fibers at the current, linearised iterate: S = law + c w D K_b^-1 D^T,
 /// g = D v_b + c D K_b^-1 ((1-w) D^T lambda_n - G_b), shape=(rows,3) [velocity length]. Fibers that do not feel the
 /// fluid leave S alone and give g = D v_b. False on all ranks when a block is singular. Collective.
-/// @param keep  S stays as it is, because the fibers' tangents did: g alone
-bool condense(System& system, std::vector<double>& g, bool keep = false);
+bool condense(System& system, std::vector<double>& g);
 
 /// lambda = S^-1 (M u - g) at the iterate of the fluid, shape=(rows,3) [force/length]. Collective.
 void multipliers(System& system, const std::vector<double>& g, std::vector<double>& lambda);

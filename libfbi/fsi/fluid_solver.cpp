@@ -342,8 +342,7 @@ bool FluidSolver::renew_factor() {
   return !comm_.any(!factor_.factorize(rows, blocks));
 }
 
-bool FluidSolver::prepare(bool geometry_changed, bool interface_changed, bool tangent_changed) {
-  if (!tangent_changed) return true;
+bool FluidSolver::prepare(bool geometry_changed, bool interface_changed) {
   if (direct_ != nullptr) {
     const bool kept = fluid_.is_linear() && factor_sigma_ == fluid_.sigma() && !geometry_changed && !interface_changed;
     factor_sigma_ = fluid_.sigma();

@@ -56,10 +56,9 @@ class FluidSolver {
   double continuity_scale() const;
 
   /// Readies preconditioner or factors for the present linearisation point, M and S. `geometry_changed` and
-  /// `interface_changed` tell what must be renewed; without `tangent_changed` the last linearisation stands and nothing
-  /// is done. Returns false (on all ranks) when a factorisation failed.
+  /// `interface_changed` tell what must be renewed. Returns false (on all ranks) when a factorisation failed.
   /// Collective.
-  bool prepare(bool geometry_changed, bool interface_changed, bool tangent_changed = true);
+  bool prepare(bool geometry_changed, bool interface_changed);
 
   /// x = (A + M^T S^-1 M)^-1 b to `tolerance`; b in unscaled rows. Collective.
   linalg::KrylovResult solve(Vec b, Vec x, double tolerance);

@@ -75,17 +75,11 @@ StepReport solve_monolithic(System& system) {
   bool geometry_changed = coupled && system.update_geometry(system.first_positions());
   bool stale = system.take_staleness();  // what the solver keeps of fibers that do not move
   const bool iterated = coupled && system.scheme().geometry_update == GeometryUpdate::iterated && moving;
-  const bool can_keep = !iterated && !linearized && !system.comm().any(moving && !system.beams().keep_tangents());
-  double fluid_before = 0.0, fiber_before = 0.0;
 
   for (int iteration = 0;; ++iteration) {
-    const bool residual_first = can_keep && iteration > 0;  // tangents once it is known whether they are needed
     if (moving) {
       Timed timed("fiber tangents");
-      if (residual_first)
-        system.beams().evaluate();
-      else
-        system.beams().linearize();
+      system.beams().linearize();
     }
     const bool last = linearized && iteration == 1;  // the one linear solve was about the positions of the predictor
     if (iterated && !last && system.update_geometry(system.beams().dofs())) geometry_changed = true;
@@ -138,19 +132,7 @@ StepReport solve_monolithic(System& system) {
     }
     if (iteration == parameters.newton_iterations) break;
 
-    // The tangents of the last iteration serve again where they are seen to get there in one more.
-    const auto falls_enough = [&](double now, double before, double reference, double floor) {
-      return now * now <= before * std::max(floor, parameters.newton_tolerance * reference);
-    };
-    const bool keep = residual_first && falls_enough(fluid_norm, fluid_before, fluid_reference, fluid_floor) &&
-                      falls_enough(fiber_norm, fiber_before, fiber_reference, fiber_floor);
-    fluid_before = fluid_norm;
-    fiber_before = fiber_norm;
-    if (moving && residual_first && !keep) {
-      Timed timed("fiber tangents");
-      system.beams().linearize();
-    }
-    if (coupled && !early && !condense(system, g, keep)) break;
+    if (coupled && !early && !condense(system, g)) break;
     // Newton step of the condensed system: its residual has lambda = S^-1 (M u - g) at this linearisation.
     if (coupled && iteration > 0) {
       std::vector<double> change;
@@ -159,8 +141,8 @@ StepReport solve_monolithic(System& system) {
       system.solver().add_spread(change, residual);
       system.solver().project_residual(residual);
     }
-    if (!keep) fluid.linearize();
-    if (!system.solver().prepare(geometry_changed || (moving && iteration == 0) || stale, moving || stale, !keep)) break;
+    fluid.linearize();
+    if (!system.solver().prepare(geometry_changed || (moving && iteration == 0) || stale, moving || stale)) break;
     geometry_changed = stale = false;
     FBI_PETSC(VecScale(residual, -1.0));
     const double tolerance = tolerance_of(system, system.fluid_norm(residual), fluid_reference);

@@ -74,9 +74,9 @@ struct SolverParameters {
   Index newton_iterations = 15;              ///< steady flow: ten times as many
   double krylov_tolerance = 0.0;             ///< relative, per linear solve; 0: chosen
   Precision precision = Precision::mixed;
-  Index krylov_iterations = 200;             ///< per linear solve; ten times as many for reference
-  Index ilu_level = 0;                       ///< reference: levels of fill
-  Index gmres_restart = 100;                 ///< reference: directions kept
+  Index krylov_iterations = 200;  ///< per linear solve; ten times as many for reference
+  Index ilu_level = 0;            ///< reference: levels of fill
+  Index gmres_restart = 100;      ///< reference: directions kept
 };
 
 /// The parameters with tolerances chosen where they were left open: newton_tolerance 5e-3 for one solution of fluid and

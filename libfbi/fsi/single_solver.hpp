@@ -52,11 +52,11 @@ class SingleSolver {
   const coupling::Coupling* coupling_;
   const coupling::InterfaceOperator* interface_;
   SinglePreconditioner parts_;
-  std::size_t owned_, nodes_;  ///< nodes: owned, local
-  std::vector<float> weight_;  ///< W for the four unknowns of a node, 0 for the pressure, shape=(nodes,4)
-  std::vector<float> mass_;    ///< mass_scale/V_a, shape=(owned nodes)
-  std::vector<float> force_;     ///< M^T of multipliers, zero between uses, shape=(nodes,4)
-  std::vector<Index> touched_;   ///< owned nodes where it may not be zero
+  std::size_t owned_, nodes_;            ///< nodes: owned, local
+  std::vector<float> weight_;            ///< W for the four unknowns of a node, 0 for the pressure, shape=(nodes,4)
+  std::vector<float> mass_;              ///< mass_scale/V_a, shape=(owned nodes)
+  std::vector<float> force_;             ///< M^T of multipliers, zero between uses, shape=(nodes,4)
+  std::vector<Index> touched_;           ///< owned nodes where it may not be zero
   std::vector<float> right_, solution_;  ///< of the pressure, shape=(owned nodes)
   std::vector<double> rows_;             ///< shape=(rows,3)
   linalg::SingleGmres krylov_;
