@@ -10,7 +10,7 @@ STEP = 0.02
 
 def hard(amplitude, newton, **changes):
     """The reed in fast flow with few Newton iterations a step."""
-    return reed(time__step=STEP, time__end=12 * STEP, solver={"newton_iterations": newton},
+    return reed(time__step=STEP, time__end=12 * STEP, solver={"newton_iterations": newton, "newton_tolerance": 1e-6},
                 channel__boundaries__xmin__velocity=[f"{amplitude}*y*(1-y)*sin(20*t)", 0, 0],
                 output={"every": 3, "checkpoint": 1, "probes": [{"fiber": "reed"}]}, **changes)
 
