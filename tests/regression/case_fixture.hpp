@@ -99,7 +99,7 @@ struct Snapshot {
   std::vector<double> velocity;      ///< shape=(fluid nodes,3)
   std::vector<double> pressure;      ///< shape=(fluid nodes)
   std::vector<double> displacement;  ///< of position and tangent, shape=(fiber nodes,6)
-  std::vector<double> lambda;        ///< shape=(fiber nodes,3)
+  std::vector<double> lambda;        ///< at the nodes, shape=(fiber nodes,3)
 };
 
 /// A case at t = 0 on a communicator, and what the tests ask of it.
@@ -214,6 +214,8 @@ class CoupledCase {
     }
     if (setup.beams != nullptr) {
       const std::vector<double> reference = fibers().reference_dofs();
+      // Of any basis: rows of gauss_point are as many as the cuts, of a fiber in a face between cells one more or less.
+      const std::vector<double> line_force = system().is_coupled() ? system().line_force() : std::vector<double>();
       result.displacement.assign(6 * static_cast<std::size_t>(fibers().global_nodes), 0.0);
       result.lambda.assign(3 * static_cast<std::size_t>(fibers().global_nodes), 0.0);
       for (Index f = 0; f < fibers().fibers(); ++f)
@@ -223,7 +225,7 @@ class CoupledCase {
           for (int i = 0; i < 6; ++i)
             result.displacement[6 * to + i] = beams().accepted_dofs()[6 * from + i] - reference[6 * from + i];
           if (system().is_coupled())
-            for (int i = 0; i < 3; ++i) result.lambda[3 * to + i] = system().lambda_old()[3 * from + i];
+            for (int i = 0; i < 3; ++i) result.lambda[3 * to + i] = line_force[3 * from + i];
         }
       comm_.sum(result.displacement.data(), static_cast<int>(result.displacement.size()));
       comm_.sum(result.lambda.data(), static_cast<int>(result.lambda.size()));
