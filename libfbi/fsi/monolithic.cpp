@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/counters.hpp"
 #include "base/timer.hpp"
 #include "fsi/condensation.hpp"
 
@@ -12,14 +13,26 @@ namespace {
 
 // Factors of M are kept while the flow changes, until a linear solve takes more iterations than this.
 constexpr int many_iterations = 40;
+// Fibers are stiff along their axis and cheap: they are solved to at least this, relative.
+constexpr double most_fiber_tolerance = 5e-3;
+constexpr int most_corrections = 3;  // of fibers alone, between two linear solves of the fluid
 
 /// Tolerance of a linear solve: krylov_tolerance, but no further than the nonlinear tolerance asks for, unless the user
 /// wants linear systems solved more tightly than the nonlinear one.
 double linear_tolerance(const SolverParameters& parameters, double residual, double reference) {
-  if (parameters.krylov_tolerance < parameters.newton_tolerance || !(residual > 0.0))
+  constexpr double share = 0.8;  // of the nonlinear tolerance
+  if (parameters.krylov_tolerance < 0.2 * parameters.newton_tolerance || !(residual > 0.0))
     return parameters.krylov_tolerance;
-  const double enough = 0.4 * parameters.newton_tolerance * reference / residual;
-  return std::clamp(enough, parameters.krylov_tolerance, std::max(parameters.krylov_tolerance, 0.1));
+  const double enough = share * parameters.newton_tolerance * reference / residual;
+  return std::clamp(enough, parameters.krylov_tolerance, std::max(parameters.krylov_tolerance, 0.3));
+}
+
+/// What the residual of the fluid is compared with: the first of the step, but where the tolerance is loose and the step
+/// starts far from its end, as after a sudden start, no more than a part of the forces that change the momentum.
+/// @param momentum  System::fluid_scale()
+double fluid_reference_of(const SolverParameters& parameters, double first, double momentum) {
+  constexpr double loose = 1e-3, part = 0.05;
+  return parameters.newton_tolerance > loose && momentum > 0.0 ? std::min(first, part * momentum) : first;
 }
 
 /// The equations of the fluid are linear in every step: one solve, as exact as the nonlinear tolerance asks for.
@@ -58,6 +71,31 @@ double constraint_residual(const System& system, const std::vector<double>& lamb
   return speed > 0.0 ? largest / speed : largest;
 }
 
+void linearize_fibers(System& system) {
+  Timed timed("fiber tangents");
+  system.beams().linearize();
+}
+
+/// Newton iterations of the fibers and multipliers in the present flow: what is nonlinear about fibers is settled where
+/// it costs little, before the flow is solved again. Leaves tangents of the last positions, but S and g of those before.
+/// False if matrices of fibers are singular. Collective.
+/// @param enough  norm of the residual to reach
+/// @param norm    of the residual, before and after
+bool correct_fibers(System& system, double enough, std::vector<double>& g, std::vector<double>& lambda, double& norm) {
+  for (int k = 0; k < most_corrections && norm > enough; ++k) {
+    count("fiber corrections");
+    if (!condense(system, g)) return false;
+    multipliers(system, g, lambda);
+    const std::vector<double> force = system.fiber_force(lambda);
+    move_fibers(system, force);
+    linearize_fibers(system);
+    const double before = norm;
+    norm = fiber_residual(system, force);
+    if (!(norm < 0.5 * before)) break;
+  }
+  return true;
+}
+
 }  // namespace
 
 StepReport solve_monolithic(System& system) {
@@ -70,17 +108,15 @@ StepReport solve_monolithic(System& system) {
   const bool linearized = is_linearized(system);
   linalg::VecHandle residual = fluid.create_vector(), increment = fluid.create_vector();
   std::vector<double> g, lambda, force;
-  double fluid_reference = 0.0, fiber_reference = 0.0;
+  double first_fluid_norm = 0.0, momentum = 0.0, fluid_reference = 0.0, fiber_reference = 0.0;
+  const double fiber_tolerance = std::min(parameters.newton_tolerance, most_fiber_tolerance);
   // Fibers that do not follow the fluid are where they will be from the start.
   bool geometry_changed = coupled && system.update_geometry(system.first_positions());
   bool stale = system.take_staleness();  // what the solver keeps of fibers that do not move
   const bool iterated = coupled && system.scheme().geometry_update == GeometryUpdate::iterated && moving;
 
   for (int iteration = 0;; ++iteration) {
-    if (moving) {
-      Timed timed("fiber tangents");
-      system.beams().linearize();
-    }
+    if (moving) linearize_fibers(system);
     const bool last = linearized && iteration == 1;  // the one linear solve was about the positions of the predictor
     if (iterated && !last && system.update_geometry(system.beams().dofs())) geometry_changed = true;
     // What the fibers do to S and g is needed for another linear solve only, unless the constraint is looked at.
@@ -92,21 +128,31 @@ StepReport solve_monolithic(System& system) {
     }
     // Residuals of this iterate.
     ResidualNorms norms;
-    system.fluid_residual(lambda, residual);
-    const double fluid_norm = system.fluid_norm(residual);
     double fiber_norm = 0.0;
+    const double fiber_floor = moving ? fiber_round_off(system) : 0.0;
     if (moving) {
       force = system.fiber_force(lambda);
       fiber_norm = fiber_residual(system, force);
+      if (iteration == 0) fiber_reference = fiber_norm;
+      const double enough = std::max(fiber_floor, fiber_tolerance * fiber_reference);
+      const bool correct = iteration == 0 ? !linearized && !iterated : !early && !last;
+      if (correct && fiber_norm > enough) {
+        if (!correct_fibers(system, enough, g, lambda, fiber_norm)) break;
+        // The linear solve that follows is about these positions.
+        if (iteration == 0 && !condense(system, g)) break;
+        if (iteration == 0) multipliers(system, g, lambda);
+        force = system.fiber_force(lambda);
+      }
     }
-    if (iteration == 0) {
-      fluid_reference = fluid_norm;
-      fiber_reference = fiber_norm;
-    }
+    system.fluid_residual(lambda, residual);
+    const double fluid_norm = system.fluid_norm(residual);
+    if (iteration == 0) first_fluid_norm = fluid_norm;
+    const double scale = system.fluid_scale();
+    momentum = std::max(momentum, scale);
+    fluid_reference = fluid_reference_of(parameters, first_fluid_norm, momentum);
     // A fiber at rest starts with a residual that says nothing: the force on it is the scale then.
     if (moving) fiber_reference = std::max(fiber_reference, interface_norm(system.comm(), force));
-    const double fluid_floor = parameters.newton_absolute_tolerance * system.fluid_scale();
-    const double fiber_floor = moving ? fiber_round_off(system) : 0.0;
+    const double fluid_floor = parameters.newton_absolute_tolerance * scale;
     norms.fluid = fluid_reference > 0.0 ? fluid_norm / fluid_reference : 0.0;
     norms.fiber = fiber_reference > 0.0 ? fiber_norm / fiber_reference : 0.0;
     if (iterated) norms.constraint = constraint_residual(system, lambda);
@@ -120,7 +166,7 @@ StepReport solve_monolithic(System& system) {
       break;
     }
     const bool fluid_done = fluid_norm <= fluid_floor || (iteration > 0 && norms.fluid <= parameters.newton_tolerance);
-    const bool fiber_done = fiber_norm <= fiber_floor || (iteration > 0 && norms.fiber <= parameters.newton_tolerance);
+    const bool fiber_done = fiber_norm <= fiber_floor || (iteration > 0 && norms.fiber <= fiber_tolerance);
     const bool constraint_done = iteration > 0 || !iterated;
     if (fluid_done && fiber_done && constraint_done && norms.constraint <= parameters.newton_tolerance) {
       report.converged = true;

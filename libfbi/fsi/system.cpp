@@ -250,7 +250,7 @@ double System::fluid_norm(Vec r) const {
 }
 
 double System::fluid_scale() const {
-  const double sigma = fluid_->sigma();
+  const double sigma = fluid_->is_steady() ? 0.0 : fluid_->sigma();
   const fluid::FluidParameters& parameters = fluid_->parameters();
   const std::vector<double>& volume = fluid_->lumped_volume();
   const double* values = nullptr;
@@ -258,8 +258,7 @@ double System::fluid_scale() const {
   double sum = 0.0;
   for (Index a = 0; a < fluid_->mesh().owned_nodes; ++a) {
     const double* row = values + 4 * static_cast<std::size_t>(a);
-    const double factor =
-        fluid_->is_steady() ? parameters.viscosity * std::cbrt(volume[a]) : parameters.density * sigma * volume[a];
+    const double factor = parameters.viscosity * std::cbrt(volume[a]) + parameters.density * sigma * volume[a];
     sum += factor * factor * (row[0] * row[0] + row[1] * row[1] + row[2] * row[2]);
   }
   FBI_PETSC(VecRestoreArrayRead(fluid_->iterate(), &values));

@@ -93,7 +93,7 @@ class System {
   void fluid_residual(const std::vector<double>& lambda, Vec r) const;
   /// 2-norm of a fluid residual, continuity rows scaled. Collective.
   double fluid_norm(Vec r) const;
-  /// A norm that round-off in the fluid residual is measured against: rho sigma V |v| (mu h |v| when steady).
+  /// A norm that residuals of the fluid are measured against: (rho sigma V + mu h) |v| (sigma = 0 when steady).
   /// Collective.
   double fluid_scale() const;
 
