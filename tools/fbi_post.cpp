@@ -19,9 +19,11 @@
 #include "post/profiles.hpp"
 #include "post/quantities.hpp"
 #include "post/reader.hpp"
+#include "post/render.hpp"
 #include "post/table.hpp"
 #include "post/tip.hpp"
 #include "post/verification.hpp"
+#include "post/vtk_export.hpp"
 
 namespace {
 
@@ -56,6 +58,15 @@ struct Arguments {
   std::string axis = "y";
   std::optional<fbi::Index> bins;
   bool instantaneous = false;
+  // three dimensions
+  View view;
+  std::vector<double> camera, range, fiber_range;
+  std::string up = "y", quantity = "speed", fiber_quantity = "displacement";
+  std::vector<std::string> slices;
+  double opacity = 1.0;
+  std::optional<double> radius;
+  std::vector<int> size;
+  bool single = false;
   // maps
   std::vector<std::string> shown;
   // verification
@@ -309,6 +320,42 @@ void profiles(const Arguments& arguments) {
   }
 }
 
+void render(const Arguments& arguments) {
+  RenderOptions options;
+  options.at = {arguments.step, arguments.time};
+  options.view = arguments.view;
+  if (!arguments.camera.empty()) {
+    options.view.azimuth = arguments.camera[0];
+    options.view.elevation = arguments.camera[1];
+  }
+  options.view.up = arguments.up[0] - 'x';
+  options.from = corner(arguments.from_corner);
+  options.to = corner(arguments.to_corner);
+  for (const std::string& slice : arguments.slices) {
+    options.middle_slice = false;
+    if (slice != "none") options.slices.push_back(parse_slice(slice));
+  }
+  options.quantity = arguments.quantity;
+  options.fibers = arguments.fiber_quantity;
+  if (!arguments.range.empty()) options.range = {arguments.range[0], arguments.range[1]};
+  if (!arguments.fiber_range.empty()) options.fiber_range = {arguments.fiber_range[0], arguments.fiber_range[1]};
+  options.opacity = arguments.opacity;
+  options.radius = arguments.radius;
+  if (!arguments.size.empty()) options.width = arguments.size[0];
+  if (arguments.size.size() > 1) options.height = arguments.size[1];
+  for (const Run& run : read_runs(arguments))
+    say_written(write_render(base_name(arguments, {run}, "render"), run, options));
+}
+
+void export_vtk(const Arguments& arguments) {
+  for (const Run& run : read_runs(arguments)) {
+    const std::vector<std::string> files =
+        write_vtk(base_name(arguments, {run}, "export"), run, {{arguments.step, arguments.time}, arguments.single});
+    fbi::log::info("wrote %s and %zu files in %s", files[0].c_str(), files.size() - 1,
+                   std::filesystem::path(files.back()).parent_path().c_str());
+  }
+}
+
 void map(const Arguments& arguments) {
   for (const std::string& file : arguments.files) {
     std::filesystem::path base(file);
@@ -364,6 +411,36 @@ CLI::Option* add_output_choice(CLI::App& command, Arguments& arguments) {
 void add_box_options(CLI::App& command, Arguments& arguments, const std::string& what) {
   command.add_option("--from", arguments.from_corner, "X Y Z: one corner of the box " + what)->expected(3);
   command.add_option("--to", arguments.to_corner, "X Y Z: the opposite corner, with larger coordinates")->expected(3);
+}
+
+void add_render_options(CLI::App& command, Arguments& arguments) {
+  add_output_choice(command, arguments);
+  command
+      .add_option("--slice", arguments.slices,
+                  "cut plane such as z=0.5, or none; may be repeated (default: one in the middle)")
+      ->allow_extra_args(false);
+  command.add_option("--quantity", arguments.quantity,
+                     "on the slices: speed (default), velocity_x, pressure, mean_speed, reynolds_stress_xy ...");
+  command.add_option("--range", arguments.range, "LOW HIGH: colors of the slices (default: of all nodes)")->expected(2);
+  command.add_option("--opacity", arguments.opacity, "of the slices, 0 to 1 (1)")->check(CLI::Range(0.0, 1.0));
+  command.add_option("--fibers", arguments.fiber_quantity,
+                     "colors of the fibers: displacement (default), displacement_z, velocity_x, force_magnitude ..., "
+                     "plain, or none to hide them");
+  command.add_option("--fiber-range", arguments.fiber_range, "LOW HIGH: colors of the fibers")->expected(2);
+  command.add_option("--radius", arguments.radius, "of the tubes (default: of the input)")->check(CLI::PositiveNumber);
+  add_box_options(command, arguments, "that is shown (default: all)");
+  command
+      .add_option("--camera", arguments.camera,
+                  "AZIMUTH ELEVATION of the eye in degrees (15 20); 0 0 looks straight at the x-y plane")
+      ->expected(2);
+  command.add_option("--up", arguments.up, "x, y (default), z: axis that points up")
+      ->check(CLI::IsMember({"x", "y", "z"}));
+  command
+      .add_option("--perspective", arguments.view.opening, "opening angle of the camera in degrees (0: parallel rays)")
+      ->check(CLI::Range(0.0, 150.0));
+  command.add_option("--size", arguments.size, "WIDTH [HEIGHT] in pixels (1600, as high as needed)")
+      ->expected(1, 2)
+      ->check(CLI::Range(200, 8000));
 }
 
 /// Prints what is wrong and returns the exit code.
@@ -474,6 +551,22 @@ int main(int argc, char** argv) {
       "over the plane. Example:\n"
       "  fbi-post profiles canopy.run.h5 --from 6 0 0 --to 10 1 1");
 
+  CLI::App* render_command =
+      add("render", "fibers as tubes and cut planes of the flow in three dimensions (PNG)", render);
+  render_command->add_option("runs", arguments.files, "results NAME.run.h5")->required();
+  add_render_options(*render_command, arguments);
+  render_command->footer(
+      "Needs no display. Example:\n"
+      "  fbi-post render canopy.run.h5 --slice z=0 --quantity velocity_x --fibers displacement_z --perspective 30");
+
+  CLI::App* export_command =
+      add("export", "VTK XML files (.vtu, .vtp, .pvd) that ParaView opens without HDF5 and XDMF", export_vtk);
+  export_command->add_option("runs", arguments.files, "results NAME.run.h5")->required();
+  CLI::Option* exported_step =
+      export_command->add_option("--step", arguments.step, "step of an output (default: all outputs)");
+  export_command->add_option("--time", arguments.time, "time of an output")->excludes(exported_step);
+  export_command->add_flag("--single", arguments.single, "numbers of 4 bytes: half the size, 7 digits");
+
   CLI::App* map_command = add("map", "what is stable for pairs of parameters: heat maps (PNG, SVG)", map);
   map_command->add_option("tables", arguments.files, "tables NAME.tsv of tools/stability")->required();
   map_command->add_option("--show", arguments.shown, "column whose numbers stand in the cells; may be repeated")
@@ -496,8 +589,9 @@ int main(int argc, char** argv) {
   for (CLI::App* command :
        {tip_command, convergence_command, energy_command, forces_command, iterations_command, profiles_command})
     command->add_flag("--no-plot", arguments.no_plot, "table only");
-  for (CLI::App* command : {tip_command, picture_command, l2_command, convergence_command, energy_command,
-                            forces_command, iterations_command, map_command, profiles_command}) {
+  for (CLI::App* command :
+       {tip_command, picture_command, l2_command, convergence_command, energy_command, forces_command,
+        iterations_command, map_command, profiles_command, render_command, export_command}) {
     command->add_option("-o,--output", arguments.directory, "directory for the files (default: beside the run)");
     command->add_flag("--quiet", arguments.quiet, "print the table, warnings and errors only");
   }
