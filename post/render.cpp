@@ -180,6 +180,7 @@ class Scene {
       hits.clear();
       for (std::size_t k = 0; k < planes.size(); ++k) {
         const int axis = planes[k].axis;
+        if (std::abs(ray.direction[axis]) < 1e-9) continue;  // seen from the edge
         const double depth = (planes[k].position - ray.origin[axis]) / ray.direction[axis];
         if (!(depth > 0.0) || depth >= static_cast<double>(seen)) continue;
         Vec3 x = ray.origin + depth * ray.direction;
