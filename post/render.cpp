@@ -259,13 +259,15 @@ class Labels {
         add(last.x - 8, last.y, log::format("%g", scene.high()[d]), "right");
         add(x - 8, y, name, "right");
       } else {
-        const double shift = x < middle.x - 1 ? -10 : 10;
-        // Away from the corners, where edges meet.
-        const double part = std::min(26.0 / std::hypot(last.x - first.x, last.y - first.y), 0.3);
-        for (const auto& [share, value] : {std::pair{part, scene.low()[d]}, {1.0 - part, scene.high()[d]}})
-          add(first.x + share * (last.x - first.x) + shift, first.y + share * (last.y - first.y) + 16,
-              log::format("%g", value), "center");
-        add(x + shift, y + 16, name, "center");
+        // Below a flat edge, beside a steep one; the limits away from the corners, where edges meet.
+        const double dx = last.x - first.x, dy = last.y - first.y, part = std::min(26.0 / std::hypot(dx, dy), 0.3);
+        const bool steep = std::abs(dy) > 0.5 * std::abs(dx), left = x < middle.x - 1;
+        const double right_by = steep ? (left ? -10 : 10) : 0, down_by = steep ? 4 : 18;
+        const char* align = !steep ? "center" : left ? "right" : "left";
+        for (const auto& [share, text] : {std::pair{part, log::format("%g", scene.low()[d])},
+                                          {1.0 - part, log::format("%g", scene.high()[d])},
+                                          {0.5, name}})
+          add(first.x + share * dx + right_by, first.y + share * dy + down_by, text, align);
       }
     }
   }
