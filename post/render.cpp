@@ -251,7 +251,8 @@ class Labels {
         first = p;
         last = q;
       }
-      if (std::hypot(last.x - first.x, last.y - first.y) < 50.0) continue;
+      // Too short for three texts.
+      if (std::hypot(last.x - first.x, last.y - first.y) < 70.0) continue;
       const double x = 0.5 * (first.x + last.x), y = 0.5 * (first.y + last.y);
       const std::string name(1, "xyz"[d]);
       if (d == up) {
@@ -260,7 +261,7 @@ class Labels {
         add(x - 8, y, name, "right");
       } else {
         // Below a flat edge, beside a steep one; the limits away from the corners, where edges meet.
-        const double dx = last.x - first.x, dy = last.y - first.y, part = std::min(26.0 / std::hypot(dx, dy), 0.3);
+        const double dx = last.x - first.x, dy = last.y - first.y, part = std::min(26.0 / std::hypot(dx, dy), 0.15);
         const bool steep = std::abs(dy) > 0.5 * std::abs(dx), left = x < middle.x - 1;
         const double right_by = steep ? (left ? -10 : 10) : 0, down_by = steep ? 4 : 18;
         const char* align = !steep ? "center" : left ? "right" : "left";
