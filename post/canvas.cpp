@@ -53,7 +53,10 @@ void Canvas::tube(const Camera& camera, const Vec3& a, const Vec3& b, double rad
                   const Color& color_a, const Color& color_b) {
   const Pixel pa = camera.project(a), pb = camera.project(b);
   const double r = std::max(radius, thinnest / std::min(pa.scale, pb.scale));
-  const Frame where = frame(pa, pb, 1.1 * r * std::max(pa.scale, pb.scale) + 1.0);
+  // A sphere off the middle of a perspective picture is an ellipse, longer by up to 1/cos^2 of the angle.
+  const double stretch =
+      std::max(camera.ray(pa.x, pa.y).direction.squaredNorm(), camera.ray(pb.x, pb.y).direction.squaredNorm());
+  const Frame where = frame(pa, pb, stretch * r * std::max(pa.scale, pb.scale) + 1.0);
   const Vec3 light = (-0.45 * camera.right() + 0.55 * camera.up() - 0.7 * camera.forward()).normalized();
   const Vec3 along = b - a;
   const double square = along.squaredNorm();

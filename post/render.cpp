@@ -295,6 +295,11 @@ Slice parse_slice(const std::string& text) {
 }
 
 std::vector<std::string> write_render(const std::string& base, const Run& run, const RenderOptions& options) {
+  for (const auto& range : {options.range, options.fiber_range})
+    if (range && !((*range)[0] < (*range)[1]))
+      throw Error(ExitCode::usage, log::format("colors from %g to %g are no range; give --range and --fiber-range as "
+                                               "LOW HIGH",
+                                               (*range)[0], (*range)[1]));
   const Scene scene(run, options);
   std::vector<Vec3> corners;
   for (int a = 0; a < 8; ++a) corners.push_back(scene.corner(a));

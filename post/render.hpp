@@ -29,10 +29,11 @@ struct RenderOptions {
   bool middle_slice = true;        ///< when there are no slices, one in the middle, normal to z (to y when z is up)
   std::string quantity = "speed";  ///< on the slices, as read_scalar() has them
   std::string fibers = "displacement";  ///< colors of the fibers: also displacement_x, _y, _z, "plain", "none" (hidden)
-  std::optional<std::array<double, 2>> range, fiber_range;  ///< of the colors; missing: of what the box holds
-  double opacity = 1.0;                                     ///< of the slices, from 0 to 1
-  std::optional<double> radius;                             ///< of the tubes; missing: of the input [length]
-  int width = 1600, height = 0;                             ///< pixels; height 0: as high as needed
+  std::optional<std::array<double, 2>> range,
+      fiber_range;               ///< of the colors; missing: of all nodes, and of the fibers shown
+  double opacity = 1.0;          ///< of the slices, from 0 to 1
+  std::optional<double> radius;  ///< of the tubes; missing: of the input [length]
+  int width = 1600, height = 0;  ///< pixels; height 0: as high as needed
 };
 
 /// Draws an output. Fibers belong to the box when their first point at rest does. A slice is evaluated at every pixel

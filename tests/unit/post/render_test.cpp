@@ -221,6 +221,8 @@ TEST_F(RenderTest, FromOutside) {
   expect_contains(output, "displacement_z");
   EXPECT_EQ(fbi_post("render flow.run.h5 --fibers none --slice none"), 1);
   EXPECT_EQ(fbi_post("render flow.run.h5 --step 7"), 1);
+  EXPECT_EQ(fbi_post("render flow.run.h5 --range 2 1"), 1);
+  expect_contains(output, "LOW HIGH");
   EXPECT_EQ(fbi_post("render flow.run.h5 --from 5 0 0"), 1);
   EXPECT_EQ(fbi_post("render missing.run.h5"), 6);
   write(false, false);  // fibers alone
