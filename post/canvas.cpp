@@ -94,7 +94,10 @@ void Canvas::line(const Camera& camera, const Vec3& a, const Vec3& b, double thi
     for (int i = where[0][0]; i < where[0][1]; ++i) {
       const double x = (i + 0.5) / fine_ - pa.x, y = (j + 0.5) / fine_ - pa.y;
       const double s = std::clamp((x * dx + y * dy) / square, 0.0, 1.0);
-      if (std::hypot(x - s * dx, y - s * dy) <= 0.5 * thickness) put(i, j, pa.depth + s * (pb.depth - pa.depth), color);
+      if (std::hypot(x - s * dx, y - s * dy) > 0.5 * thickness) continue;
+      // Equal parts of the picture are not equal parts of the line in perspective, where scale ~ 1/depth.
+      const double part = s * pb.scale / ((1.0 - s) * pa.scale + s * pb.scale);
+      put(i, j, pa.depth + part * (pb.depth - pa.depth), color);
     }
 }
 

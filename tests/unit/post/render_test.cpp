@@ -104,6 +104,25 @@ TEST(Canvas, TubesHideWhatIsBehind) {
   EXPECT_NEAR(red_pixels, tube - 4 * 20 * 20, 0.01 * tube);
 }
 
+// The depth of a line that goes away from the eye: that of the point in space which a pixel shows.
+TEST(Canvas, LinesKnowTheirDepthInPerspective) {
+  for (const double opening : {0.0, 100.0}) {
+    const Camera camera({30.0, 20.0, opening, 1}, corners(Vec3(8, 1, 1)), 800, 0, {10, 10, 10, 10});
+    Canvas canvas(camera.width(), camera.height(), 1);
+    const Vec3 a(0, 0.5, 1), b(8, 0.5, 1);
+    canvas.line(camera, a, b, 1.0, Color::Zero());
+    int pixels = 0;
+    canvas.for_each_pixel([&](double x, double y, float depth, Color& color) {
+      if (color != Color::Zero()) return;
+      ++pixels;
+      const Ray ray = camera.ray(x, y);
+      const Vec3 seen = ray.origin + depth * ray.direction;
+      EXPECT_LT((seen - Vec3(seen[0], 0.5, 1)).norm(), 1.0 / camera.project(seen).scale) << x;
+    });
+    EXPECT_GT(pixels, 500);
+  }
+}
+
 TEST(Canvas, ThinTubesStayVisible) {
   View view;
   view.azimuth = view.elevation = 0.0;
