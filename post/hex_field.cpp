@@ -22,7 +22,7 @@ Grid Grid::read(const Run& run) {
   const io::File file = io::open_kind(run.paths.mesh(), io::FileKind::mesh);
   if (!file.has("/fluid/nodes"))
     throw Error(ExitCode::usage,
-                "run \"" + run.name + "\" has no fluid; its fibers are compared with --field centerline");
+                "run \"" + run.name + "\" has no fluid; l2 compares its fibers with --field centerline");
   Grid grid;
   grid.node_count_ = file.shape("/fluid/nodes")[0];
   grid.cells_ = static_cast<Index>(file.shape("/fluid/cells")[0]);

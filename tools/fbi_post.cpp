@@ -16,11 +16,14 @@
 #include "post/map.hpp"
 #include "post/picture.hpp"
 #include "post/plot.hpp"
+#include "post/profiles.hpp"
 #include "post/quantities.hpp"
 #include "post/reader.hpp"
+#include "post/render.hpp"
 #include "post/table.hpp"
 #include "post/tip.hpp"
 #include "post/verification.hpp"
+#include "post/vtk_export.hpp"
 
 namespace {
 
@@ -50,6 +53,20 @@ struct Arguments {
   std::vector<std::string> quantities;
   std::optional<double> reference_value, from, length, speed;
   std::string reduce = "last";
+  // parts of the flow
+  std::vector<double> from_corner, to_corner;
+  std::string axis = "y";
+  std::optional<fbi::Index> bins;
+  bool instantaneous = false;
+  // three dimensions
+  View view;
+  std::vector<double> camera, range, fiber_range;
+  std::string up = "y", quantity = "speed", fiber_quantity = "displacement";
+  std::vector<std::string> slices;
+  double opacity = 1.0;
+  std::optional<double> radius;
+  std::vector<int> size;
+  bool single = false;
   // maps
   std::vector<std::string> shown;
   // verification
@@ -272,6 +289,73 @@ void iterations(const Arguments& arguments) {
   if (!arguments.no_plot) say_written(write_panels(base, iterations_plots(runs)));
 }
 
+std::optional<fbi::Vec3> corner(const std::vector<double>& numbers) {
+  if (numbers.empty()) return std::nullopt;
+  return fbi::Vec3(numbers[0], numbers[1], numbers[2]);
+}
+
+void profiles(const Arguments& arguments) {
+  for (const Run& run : read_runs(arguments)) {
+    ProfileOptions options;
+    options.axis = arguments.axis[0] - 'x';
+    options.from = corner(arguments.from_corner);
+    options.to = corner(arguments.to_corner);
+    options.bins = arguments.bins;
+    options.at = {arguments.step, arguments.time};
+    options.instantaneous = arguments.instantaneous;
+    const Profiles means = mean_profiles(run, options);
+    const std::string base = base_name(arguments, {run}, "profiles");
+    const Table table = profile_table(means);
+    show(arguments, base, table);
+    if (arguments.format != "csv") {
+      fbi::io::write_text_file(base + ".csv", format_table(table, TableFormat::csv));
+      say_written({base + ".csv"});
+    }
+    if (means.averaged_over > 0.0)
+      fbi::log::info("means over %.6g, to time %.6g", means.averaged_over, means.time);
+    else
+      fbi::log::info("the flow at time %.6g; fluctuations are those about the mean over the plane", means.time);
+    if (means.canopy) fbi::log::info("canopy height %.6g, at rest %.6g", means.canopy->current, means.canopy->rest);
+    if (!arguments.no_plot) say_written(write_profile_plot(base, means));
+  }
+}
+
+void render(const Arguments& arguments) {
+  RenderOptions options;
+  options.at = {arguments.step, arguments.time};
+  options.view = arguments.view;
+  if (!arguments.camera.empty()) {
+    options.view.azimuth = arguments.camera[0];
+    options.view.elevation = arguments.camera[1];
+  }
+  options.view.up = arguments.up[0] - 'x';
+  options.from = corner(arguments.from_corner);
+  options.to = corner(arguments.to_corner);
+  for (const std::string& slice : arguments.slices) {
+    options.middle_slice = false;
+    if (slice != "none") options.slices.push_back(parse_slice(slice));
+  }
+  options.quantity = arguments.quantity;
+  options.fibers = arguments.fiber_quantity;
+  if (!arguments.range.empty()) options.range = {arguments.range[0], arguments.range[1]};
+  if (!arguments.fiber_range.empty()) options.fiber_range = {arguments.fiber_range[0], arguments.fiber_range[1]};
+  options.opacity = arguments.opacity;
+  options.radius = arguments.radius;
+  if (!arguments.size.empty()) options.width = arguments.size[0];
+  if (arguments.size.size() > 1) options.height = arguments.size[1];
+  for (const Run& run : read_runs(arguments))
+    say_written(write_render(base_name(arguments, {run}, "render"), run, options));
+}
+
+void export_vtk(const Arguments& arguments) {
+  for (const Run& run : read_runs(arguments)) {
+    const std::vector<std::string> files =
+        write_vtk(base_name(arguments, {run}, "export"), run, {{arguments.step, arguments.time}, arguments.single});
+    fbi::log::info("wrote %s and %zu files in %s", files[0].c_str(), files.size() - 1,
+                   std::filesystem::path(files.back()).parent_path().c_str());
+  }
+}
+
 void map(const Arguments& arguments) {
   for (const std::string& file : arguments.files) {
     std::filesystem::path base(file);
@@ -317,6 +401,46 @@ void add_difference_options(CLI::App& command, Arguments& arguments) {
       .add_option("--uncovered", arguments.uncovered,
                   "part of the volume that may lie in one of the meshes only (0.01)")
       ->check(CLI::Range(0.0, 1.0));
+}
+
+CLI::Option* add_output_choice(CLI::App& command, Arguments& arguments) {
+  CLI::Option* step = command.add_option("--step", arguments.step, "step of an output (default: the last one)");
+  return command.add_option("--time", arguments.time, "time of an output")->excludes(step);
+}
+
+void add_box_options(CLI::App& command, Arguments& arguments, const std::string& what) {
+  command.add_option("--from", arguments.from_corner, "X Y Z: one corner of the box " + what)->expected(3);
+  command.add_option("--to", arguments.to_corner, "X Y Z: the opposite corner, with larger coordinates")->expected(3);
+}
+
+void add_render_options(CLI::App& command, Arguments& arguments) {
+  add_output_choice(command, arguments);
+  command
+      .add_option("--slice", arguments.slices,
+                  "cut plane such as z=0.5, or none; may be repeated (default: one in the middle)")
+      ->allow_extra_args(false);
+  command.add_option("--quantity", arguments.quantity,
+                     "on the slices: speed (default), velocity_x, pressure, mean_speed, reynolds_stress_xy ...");
+  command.add_option("--range", arguments.range, "LOW HIGH: colors of the slices (default: of all nodes)")->expected(2);
+  command.add_option("--opacity", arguments.opacity, "of the slices, 0 to 1 (1)")->check(CLI::Range(0.0, 1.0));
+  command.add_option("--fibers", arguments.fiber_quantity,
+                     "colors of the fibers: displacement (default), displacement_z, velocity_x, force_magnitude ..., "
+                     "plain, or none to hide them");
+  command.add_option("--fiber-range", arguments.fiber_range, "LOW HIGH: colors of the fibers")->expected(2);
+  command.add_option("--radius", arguments.radius, "of the tubes (default: of the input)")->check(CLI::PositiveNumber);
+  add_box_options(command, arguments, "that is shown (default: all)");
+  command
+      .add_option("--camera", arguments.camera,
+                  "AZIMUTH ELEVATION of the eye in degrees (15 20); 0 0 looks straight at the x-y plane")
+      ->expected(2);
+  command.add_option("--up", arguments.up, "x, y (default), z: axis that points up")
+      ->check(CLI::IsMember({"x", "y", "z"}));
+  command
+      .add_option("--perspective", arguments.view.opening, "opening angle of the camera in degrees (0: parallel rays)")
+      ->check(CLI::Range(0.0, 150.0));
+  command.add_option("--size", arguments.size, "WIDTH [HEIGHT] in pixels (1600, as high as needed)")
+      ->expected(1, 2)
+      ->check(CLI::Range(200, 8000));
 }
 
 /// Prints what is wrong and returns the exit code.
@@ -406,6 +530,43 @@ int main(int argc, char** argv) {
       add("iterations", "iterations, evaluations and relaxation of each step, wall time: table and plot", iterations);
   iterations_command->add_option("runs", arguments.files, "results NAME.run.h5; several are compared")->required();
 
+  CLI::App* profiles_command =
+      add("profiles", "mean velocity and Reynolds stresses over a height, with the canopy height: table and plot",
+          profiles);
+  profiles_command->add_option("runs", arguments.files, "results NAME.run.h5")->required();
+  profiles_command->add_option("--axis", arguments.axis, "x, y (default), z: direction of the height")
+      ->check(CLI::IsMember({"x", "y", "z"}));
+  add_box_options(*profiles_command, arguments, "that is averaged over (default: all of the fluid)");
+  profiles_command
+      ->add_option("--bins", arguments.bins,
+                   "means over so many volumes (default: on the node layers of a box, else bins as high as cells)")
+      ->check(CLI::Range(1, 100000));
+  profiles_command->add_flag("--instantaneous", arguments.instantaneous,
+                             "the flow of the output although the run has running means");
+  add_output_choice(*profiles_command, arguments);
+  profiles_command->footer(
+      "Takes the running means of \"output\": { \"averages\": {} } when the run has them: reynolds_ij is the mean of\n"
+      "v_i' v_j' in time, dispersive_ij the covariance of the means over the plane. Else the covariance of the "
+      "velocity\n"
+      "over the plane. Example:\n"
+      "  fbi-post profiles canopy.run.h5 --from 6 0 0 --to 10 1 1");
+
+  CLI::App* render_command =
+      add("render", "fibers as tubes and cut planes of the flow in three dimensions (PNG)", render);
+  render_command->add_option("runs", arguments.files, "results NAME.run.h5")->required();
+  add_render_options(*render_command, arguments);
+  render_command->footer(
+      "Needs no display. Example:\n"
+      "  fbi-post render canopy.run.h5 --slice z=0 --quantity velocity_x --fibers displacement_z --perspective 30");
+
+  CLI::App* export_command =
+      add("export", "VTK XML files (.vtu, .vtp, .pvd) that ParaView opens without HDF5 and XDMF", export_vtk);
+  export_command->add_option("runs", arguments.files, "results NAME.run.h5")->required();
+  CLI::Option* exported_step =
+      export_command->add_option("--step", arguments.step, "step of an output (default: all outputs)");
+  export_command->add_option("--time", arguments.time, "time of an output")->excludes(exported_step);
+  export_command->add_flag("--single", arguments.single, "numbers of 4 bytes: half the size, 7 digits");
+
   CLI::App* map_command = add("map", "what is stable for pairs of parameters: heat maps (PNG, SVG)", map);
   map_command->add_option("tables", arguments.files, "tables NAME.tsv of tools/stability")->required();
   map_command->add_option("--show", arguments.shown, "column whose numbers stand in the cells; may be repeated")
@@ -421,14 +582,16 @@ int main(int argc, char** argv) {
 
   for (CLI::App* command : {convergence_command, forces_command})
     command->add_option("--from", arguments.from, "leave out what is before this time");
-  for (CLI::App* command :
-       {tip_command, l2_command, convergence_command, energy_command, forces_command, iterations_command})
+  for (CLI::App* command : {tip_command, l2_command, convergence_command, energy_command, forces_command,
+                            iterations_command, profiles_command})
     command->add_option("--format", arguments.format, "of the table: text, csv, markdown, latex")
         ->check(CLI::IsMember({"text", "csv", "markdown", "latex"}));
-  for (CLI::App* command : {tip_command, convergence_command, energy_command, forces_command, iterations_command})
+  for (CLI::App* command :
+       {tip_command, convergence_command, energy_command, forces_command, iterations_command, profiles_command})
     command->add_flag("--no-plot", arguments.no_plot, "table only");
-  for (CLI::App* command : {tip_command, picture_command, l2_command, convergence_command, energy_command,
-                            forces_command, iterations_command, map_command}) {
+  for (CLI::App* command :
+       {tip_command, picture_command, l2_command, convergence_command, energy_command, forces_command,
+        iterations_command, map_command, profiles_command, render_command, export_command}) {
     command->add_option("-o,--output", arguments.directory, "directory for the files (default: beside the run)");
     command->add_flag("--quiet", arguments.quiet, "print the table, warnings and errors only");
   }

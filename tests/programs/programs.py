@@ -10,6 +10,7 @@ import re
 import resource
 import shutil
 import signal
+import struct
 import subprocess
 import tempfile
 import time
@@ -118,6 +119,14 @@ def table_of(path):
     """Columns and rows (as texts) of a history; an unfinished last row is left out."""
     lines = [line for line in path.read_text().split("\n")[:-1] if line and not line.startswith("#")]
     return lines[0].split(","), [line.split(",") for line in lines[1:]]
+
+
+def dataset(path, name, code="d"):
+    """The numbers of an HDF5 dataset, row after row, as h5dump writes them; code of struct: d double, i 4 bytes."""
+    with tempfile.NamedTemporaryFile() as raw:
+        subprocess.run(["h5dump", "-d", name, "-b", "LE", "-o", raw.name, str(path)], check=True, capture_output=True)
+        data = pathlib.Path(raw.name).read_bytes()
+    return list(struct.unpack(f"<{len(data) // struct.calcsize(code)}{code}", data))
 
 
 class ProgramTest(unittest.TestCase):
