@@ -7,6 +7,7 @@
 #include "base/progress.hpp"
 #include "base/timer.hpp"
 #include "base/version.hpp"
+#include "case/bulk_flow.hpp"
 #include "case/checkpoints.hpp"
 #include "case/energies.hpp"
 #include "case/recorder.hpp"
@@ -21,6 +22,7 @@ std::vector<io::HistoryColumn> history_columns(const ProbeSet& probes, const Set
   std::vector<io::HistoryColumn> columns = io::standard_history_columns();
   if (setup.acceleration != nullptr) columns.insert(columns.end(), {{"relaxation", "-"}, {"interface_krylov", "-"}});
   for (std::size_t k = 0; k < probes.columns().size(); ++k) columns.push_back({probes.columns()[k], probes.units()[k]});
+  for (const io::HistoryColumn& column : bulk_flow_columns(*setup.system)) columns.push_back(column);
   for (const io::HistoryColumn& column : energy_columns(*setup.system)) columns.push_back(column);
   for (const io::HistoryColumn& column : CrossingFibers::columns(setup)) columns.push_back(column);
   return columns;

@@ -8,6 +8,7 @@
 #include "base/log.hpp"
 #include "base/signals.hpp"
 #include "base/timer.hpp"
+#include "case/bulk_flow.hpp"
 #include "case/checkpoints.hpp"
 #include "case/energies.hpp"
 
@@ -85,6 +86,8 @@ bool Recorder::after_step(const fsi::StepClock& clock, const fsi::StepReport& re
   const double cfl = setup_.fluid != nullptr ? setup_.fluid->cfl() : 0.0;
   const double violation = setup_.system->constraint_violation();
   std::vector<double> values = probes_.values(*setup_.system);
+  const std::vector<double> flow = bulk_flow_values(*setup_.system);
+  values.insert(values.end(), flow.begin(), flow.end());
   const std::vector<double> energies = energy_values(*setup_.system);
   values.insert(values.end(), energies.begin(), energies.end());
   if (!is_finite(cfl, violation, values)) {
