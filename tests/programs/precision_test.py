@@ -57,7 +57,7 @@ class Precision(ProgramTest):
         precision = module()
         runs = precision.Runs(type("Options", (), {"output": self.folder / "out", "again": False, "ranks": 1, "bin": BIN,
                                                    "cells": 20})())
-        precision.ENDS["single-beam"] = 0.002
+        precision.PLOT_END = 0.002
         precision.STEPS = [4.0, 2.0, 1.0]
         table, plot = precision.work_precision(runs, ["step, theta 1"])
         rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in table.splitlines()[2:]]
