@@ -39,6 +39,8 @@ void run_gnuplot(const std::string& script) {
 
 namespace {
 
+constexpr std::size_t colors = 8;  // of gnuplot; further curves are dashed
+
 // Names of the columns and a block for each curve, separated by two empty lines.
 std::string data_of(const Plot& plot) {
   std::string data = "#";
@@ -75,7 +77,8 @@ std::vector<std::string> write_plot(const std::string& base, const Plot& plot) {
               (plot.curves[i].rows.size() < 2 ? "points"
                : plot.log_axes                ? "linespoints pointtype 7"
                                               : "lines") +
-              " linewidth 2 title " + gnuplot_quoted(plot.curves[i].label) + " noenhanced";
+              (i < colors ? "" : log::format(" dashtype %zu", i / colors + 1)) + " linewidth 2 title " +
+              gnuplot_quoted(plot.curves[i].label) + " noenhanced";
   std::string settings = plot.log_axes ? "set logscale xy\nset format y '%.0e'\n" : "";
   for (std::size_t i = 0; i < plot.guides.size(); ++i) {
     curves += ", \\\n     " + gnuplot_quoted(name + ".dat") + " index " + std::to_string(plot.curves.size() + i) +
@@ -99,7 +102,7 @@ std::vector<std::string> write_plot(const std::string& base, const Plot& plot) {
 
 std::vector<std::string> write_panels(const std::string& base, const std::vector<Plot>& panels) {
   const std::string name = std::filesystem::path(base).filename().string();
-  const std::size_t count = panels.size(), colors = 8;  // of gnuplot; further curves are dashed
+  const std::size_t count = panels.size();
   std::string data, drawing = log::format("set multiplot layout %zu,1\n", count);
   std::size_t block = 0;
   for (std::size_t p = 0; p < count; ++p) {

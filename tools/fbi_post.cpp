@@ -16,6 +16,7 @@
 #include "post/map.hpp"
 #include "post/picture.hpp"
 #include "post/plot.hpp"
+#include "post/precision.hpp"
 #include "post/profiles.hpp"
 #include "post/quantities.hpp"
 #include "post/reader.hpp"
@@ -71,6 +72,9 @@ struct Arguments {
   std::vector<std::string> shown;
   // verification
   std::string page = "docs/verification.md";
+  // work and precision: a name and its runs
+  std::vector<std::vector<std::string>> series;
+  std::vector<std::pair<std::string, std::string>> other_references;
 };
 
 /// DIRECTORY/NAME.KIND; beside the first run unless a directory is given. Several runs share the name "compare".
@@ -354,6 +358,61 @@ void export_vtk(const Arguments& arguments) {
     fbi::log::info("wrote %s and %zu files in %s", files[0].c_str(), files.size() - 1,
                    std::filesystem::path(files.back()).parent_path().c_str());
   }
+/// The run that a series is compared with.
+std::string reference_of(const Arguments& arguments, const std::string& series) {
+  for (const auto& [name, run] : arguments.other_references)
+    if (name == series) return run;
+  return arguments.reference;
+}
+
+void check_series(const Arguments& arguments) {
+  std::vector<std::string> names;
+  for (const std::vector<std::string>& words : arguments.series) {
+    if (words.size() < 2)
+      throw Error(ExitCode::usage, "--series \"" + words[0] + "\" has no runs; say --series NAME RUN [RUN ...]");
+    if (std::find(names.begin(), names.end(), words[0]) != names.end())
+      throw Error(ExitCode::usage, "there are two series \"" + words[0] + "\"; give them different names");
+    names.push_back(words[0]);
+  }
+  for (const auto& other : arguments.other_references)
+    if (std::find(names.begin(), names.end(), other.first) == names.end())
+      throw Error(ExitCode::usage, "--series-reference: there is no series \"" + other.first + "\"");
+}
+
+void precision(const Arguments& arguments) {
+  check_series(arguments);
+  const std::vector<std::string> quantities =
+      arguments.fields.empty() ? std::vector<std::string>{"tip"} : arguments.fields;
+  std::vector<Run> all;
+  std::vector<std::vector<Run>> runs;
+  for (const std::vector<std::string>& words : arguments.series) {
+    runs.emplace_back();
+    for (std::size_t i = 1; i < words.size(); ++i) runs.back().push_back(read_run(words[i]));
+    all.insert(all.end(), runs.back().begin(), runs.back().end());
+  }
+  const std::string base = base_name(arguments, all, "precision");
+  Table table;
+  std::vector<Plot> plots;
+  for (const std::string& quantity : quantities) {
+    std::vector<WorkSeries> series;
+    for (std::size_t s = 0; s < runs.size(); ++s) {
+      series.push_back({arguments.series[s][0], {}});
+      const Run reference = read_run(reference_of(arguments, series.back().name));
+      for (const Run& run : runs[s]) {
+        WorkPoint point = work_of(run);
+        point.error =
+            quantity == "tip" ? tip_error(run, reference, arguments.fibers) : field_error(run, reference, quantity);
+        series.back().points.push_back(point);
+      }
+    }
+    const Table part = precision_table(series, quantity);
+    table.columns = part.columns;
+    table.rows.insert(table.rows.end(), part.rows.begin(), part.rows.end());
+    if (!arguments.no_plot) plots.push_back(precision_plot(series, quantity, "Work and precision; slopes in brackets"));
+  }
+  show(arguments, base, table);
+  for (std::size_t i = 0; i < plots.size(); ++i)
+    say_written(write_plot(i == 0 ? base : base + "." + quantities[i], plots[i]));
 }
 
 void map(const Arguments& arguments) {
@@ -566,6 +625,29 @@ int main(int argc, char** argv) {
       export_command->add_option("--step", arguments.step, "step of an output (default: all outputs)");
   export_command->add_option("--time", arguments.time, "time of an output")->excludes(exported_step);
   export_command->add_flag("--single", arguments.single, "numbers of 4 bytes: half the size, 7 digits");
+  CLI::App* precision_command =
+      add("precision", "run time against error of series of runs, with slopes: table and log-log plot", precision);
+  precision_command
+      ->add_option("--series", arguments.series,
+                   "a name and its runs, in the order of what differs; one line of the plot; may be repeated")
+      ->required();
+  precision_command->add_option("--reference", arguments.reference, "the finest run, with which all are compared")
+      ->required();
+  precision_command
+      ->add_option("--series-reference", arguments.other_references,
+                   "a name and a run: another reference for one series, such as one of meshes")
+      ->allow_extra_args(false);
+  precision_command
+      ->add_option("--field", arguments.fields,
+                   "what the error is of: tip (default, fiber ends over all steps), velocity, pressure, centerline (L2 "
+                   "at the end); may be repeated, one plot each")
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember({"tip", "velocity", "pressure", "centerline"}));
+  precision_command->add_option("--fiber", arguments.fibers, "for tip: name of a fiber; may be repeated (default: all)")
+      ->allow_extra_args(false);
+  precision_command->footer(
+      "slope: -log(e2/e1)/log(s2/s1) of neighbours, s being run times; that of least squares for a series. Example:\n"
+      "  fbi-post precision --series \"time step\" a.run.h5 b.run.h5 --series bdf2 c.run.h5 --reference fine.run.h5");
 
   CLI::App* map_command = add("map", "what is stable for pairs of parameters: heat maps (PNG, SVG)", map);
   map_command->add_option("tables", arguments.files, "tables NAME.tsv of tools/stability")->required();
@@ -592,6 +674,14 @@ int main(int argc, char** argv) {
   for (CLI::App* command :
        {tip_command, picture_command, l2_command, convergence_command, energy_command, forces_command,
         iterations_command, map_command, profiles_command, render_command, export_command}) {
+                            iterations_command, precision_command})
+    command->add_option("--format", arguments.format, "of the table: text, csv, markdown, latex")
+        ->check(CLI::IsMember({"text", "csv", "markdown", "latex"}));
+  for (CLI::App* command :
+       {tip_command, convergence_command, energy_command, forces_command, iterations_command, precision_command})
+    command->add_flag("--no-plot", arguments.no_plot, "table only");
+  for (CLI::App* command : {tip_command, picture_command, l2_command, convergence_command, energy_command,
+                            forces_command, iterations_command, precision_command, map_command}) {
     command->add_option("-o,--output", arguments.directory, "directory for the files (default: beside the run)");
     command->add_flag("--quiet", arguments.quiet, "print the table, warnings and errors only");
   }

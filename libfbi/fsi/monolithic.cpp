@@ -15,7 +15,7 @@ namespace {
 constexpr int many_iterations = 40;
 // Fibers are stiff along their axis and cheap: they are solved to at least this, relative.
 constexpr double most_fiber_tolerance = 5e-3;
-constexpr int most_corrections = 3;  // of fibers alone, between two linear solves of the fluid
+constexpr int most_corrections = 3;  // of fibers alone, after a linear solve
 
 /// Tolerance of a linear solve: krylov_tolerance, but no further than the nonlinear tolerance asks for, unless the user
 /// wants linear systems solved more tightly than the nonlinear one.
@@ -79,10 +79,12 @@ void linearize_fibers(System& system) {
 /// Newton iterations of the fibers and multipliers in the present flow: what is nonlinear about fibers is settled where
 /// it costs little, before the flow is solved again. Leaves tangents of the last positions, but S and g of those before.
 /// False if matrices of fibers are singular. Collective.
+/// @param most    number of iterations
 /// @param enough  norm of the residual to reach
 /// @param norm    of the residual, before and after
-bool correct_fibers(System& system, double enough, std::vector<double>& g, std::vector<double>& lambda, double& norm) {
-  for (int k = 0; k < most_corrections && norm > enough; ++k) {
+bool correct_fibers(System& system, int most, double enough, std::vector<double>& g, std::vector<double>& lambda,
+                    double& norm) {
+  for (int k = 0; k < most && norm > enough; ++k) {
     count("fiber corrections");
     if (!condense(system, g)) return false;
     multipliers(system, g, lambda);
@@ -137,7 +139,8 @@ StepReport solve_monolithic(System& system) {
       const double enough = std::max(fiber_floor, fiber_tolerance * fiber_reference);
       const bool correct = iteration == 0 ? !linearized && !iterated : !early && !last;
       if (correct && fiber_norm > enough) {
-        if (!correct_fibers(system, enough, g, lambda, fiber_norm)) break;
+        // One suffices to begin with: what is left is as small as what the flow will change.
+        if (!correct_fibers(system, iteration == 0 ? 1 : most_corrections, enough, g, lambda, fiber_norm)) break;
         // The linear solve that follows is about these positions.
         if (iteration == 0 && !condense(system, g)) break;
         if (iteration == 0) multipliers(system, g, lambda);
