@@ -358,6 +358,8 @@ void export_vtk(const Arguments& arguments) {
     fbi::log::info("wrote %s and %zu files in %s", files[0].c_str(), files.size() - 1,
                    std::filesystem::path(files.back()).parent_path().c_str());
   }
+}
+
 /// The run that a series is compared with.
 std::string reference_of(const Arguments& arguments, const std::string& series) {
   for (const auto& [name, run] : arguments.other_references)
@@ -664,24 +666,17 @@ int main(int argc, char** argv) {
 
   for (CLI::App* command : {convergence_command, forces_command})
     command->add_option("--from", arguments.from, "leave out what is before this time");
-  for (CLI::App* command : {tip_command, l2_command, convergence_command, energy_command, forces_command,
-                            iterations_command, profiles_command})
+  const std::vector<CLI::App*> plots = {tip_command,    convergence_command, energy_command,   forces_command,
+                                        iterations_command, precision_command,   profiles_command};
+  std::vector<CLI::App*> tables = plots;
+  tables.push_back(l2_command);
+  std::vector<CLI::App*> writers = tables;
+  writers.insert(writers.end(), {picture_command, map_command, render_command, export_command});
+  for (CLI::App* command : tables)
     command->add_option("--format", arguments.format, "of the table: text, csv, markdown, latex")
         ->check(CLI::IsMember({"text", "csv", "markdown", "latex"}));
-  for (CLI::App* command :
-       {tip_command, convergence_command, energy_command, forces_command, iterations_command, profiles_command})
-    command->add_flag("--no-plot", arguments.no_plot, "table only");
-  for (CLI::App* command :
-       {tip_command, picture_command, l2_command, convergence_command, energy_command, forces_command,
-        iterations_command, map_command, profiles_command, render_command, export_command}) {
-                            iterations_command, precision_command})
-    command->add_option("--format", arguments.format, "of the table: text, csv, markdown, latex")
-        ->check(CLI::IsMember({"text", "csv", "markdown", "latex"}));
-  for (CLI::App* command :
-       {tip_command, convergence_command, energy_command, forces_command, iterations_command, precision_command})
-    command->add_flag("--no-plot", arguments.no_plot, "table only");
-  for (CLI::App* command : {tip_command, picture_command, l2_command, convergence_command, energy_command,
-                            forces_command, iterations_command, precision_command, map_command}) {
+  for (CLI::App* command : plots) command->add_flag("--no-plot", arguments.no_plot, "table only");
+  for (CLI::App* command : writers) {
     command->add_option("-o,--output", arguments.directory, "directory for the files (default: beside the run)");
     command->add_flag("--quiet", arguments.quiet, "print the table, warnings and errors only");
   }
