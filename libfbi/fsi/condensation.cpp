@@ -107,13 +107,84 @@ double fiber_round_off(const System& system) {
                   round_off_margin * comm.max(system.beams().round_off()));
 }
 
-void move_fibers(System& system, const std::vector<double>& force) {
+std::vector<double> move_fibers(System& system, const std::vector<double>& force) {
   Timed timed("fiber increments");
   beam::BeamField& beams = system.beams();
   std::vector<double> delta(force.size());
   for (std::size_t k = 0; k < delta.size(); ++k) delta[k] = force[k] - beams.residual()[k];
   beams.solve(delta);
   beams.increment(delta);
+  return delta;
+}
+
+void linearize_fibers(System& system) {
+  Timed timed("fiber tangents");
+  system.beams().linearize();
+}
+
+namespace {
+
+/// G_b - force without what supports carry: its squared norm for each fiber, without joints and moments.
+std::vector<double> squared_residuals(const System& system, const std::vector<double>& force) {
+  const mesh::FiberMesh& fibers = system.fibers();
+  std::vector<double> residual = system.beams().residual();
+  for (std::size_t k = 0; k < residual.size(); ++k) residual[k] -= force[k];
+  system.beams().remove_constrained(residual);
+  std::vector<double> squares(fibers.fibers(), 0.0);
+  for (Index f = 0; f < fibers.fibers(); ++f)
+    for (std::size_t k = 6 * static_cast<std::size_t>(fibers.first_node[f]);
+         k < 6 * static_cast<std::size_t>(fibers.first_node[f + 1]); ++k)
+      squares[f] += residual[k] * residual[k];
+  return squares;
+}
+
+/// Takes back the increment of fibers whose residual it made larger, with their multipliers. `delta` becomes the
+/// increment of the others.
+/// @param small  squared residual that is no matter
+void take_back(System& system, const std::vector<double>& before, double small, const std::vector<double>& old_lambda,
+               const std::vector<double>& delta, std::vector<double>& lambda) {
+  const mesh::FiberMesh& fibers = system.fibers();
+  const coupling::Coupling& coupling = system.coupling();
+  const std::vector<double> after = squared_residuals(system, system.fiber_force(lambda));
+  std::vector<double> back(delta.size(), 0.0);
+  bool any = false;
+  for (Index f = 0; f < fibers.fibers(); ++f) {
+    if (fibers.is_joined(f) || after[f] <= std::max(before[f], small)) continue;
+    any = true;
+    count_parts("fiber corrections taken back", 1);
+    for (std::size_t k = 6 * static_cast<std::size_t>(fibers.first_node[f]);
+         k < 6 * static_cast<std::size_t>(fibers.first_node[f + 1]); ++k)
+      back[k] = -delta[k];
+    const std::size_t first = 3 * static_cast<std::size_t>(coupling.first_row_of(f));
+    const std::size_t last = 3 * static_cast<std::size_t>(coupling.first_row_of(f + 1));
+    std::copy(old_lambda.begin() + static_cast<std::ptrdiff_t>(first),
+              old_lambda.begin() + static_cast<std::ptrdiff_t>(last),
+              lambda.begin() + static_cast<std::ptrdiff_t>(first));
+  }
+  if (!any) return;
+  system.beams().increment(back);
+  linearize_fibers(system);
+}
+
+}  // namespace
+
+bool correct_fibers(System& system, int most, double enough, std::vector<double>& g, std::vector<double>& lambda,
+                    double& norm) {
+  const double small = enough * enough / std::max<double>(1.0, static_cast<double>(system.fibers().global_fibers));
+  for (int iteration = 0; iteration < most && norm > enough; ++iteration) {
+    count("fiber corrections");
+    const std::vector<double> before = squared_residuals(system, system.fiber_force(lambda));
+    const std::vector<double> old_lambda = lambda;
+    if (!condense(system, g)) return false;
+    multipliers(system, g, lambda);
+    const std::vector<double> delta = move_fibers(system, system.fiber_force(lambda));
+    linearize_fibers(system);
+    take_back(system, before, small, old_lambda, delta, lambda);
+    const double last = norm;
+    norm = fiber_residual(system, system.fiber_force(lambda));
+    if (!(norm < 0.5 * last)) break;
+  }
+  return true;
 }
 
 double interface_norm(const Comm& comm, const std::vector<double>& values) {

@@ -27,8 +27,22 @@ double fiber_residual(const System& system, const std::vector<double>& force);
 /// What round-off, or newton_absolute_tolerance, leaves in fiber_residual [force]. Collective.
 double fiber_round_off(const System& system);
 
-/// Increments d by K_b^-1 (force - G_b) for every moving fiber. Needs the linearisation at the current iterate.
-void move_fibers(System& system, const std::vector<double>& force);
+/// Increments d by K_b^-1 (force - G_b) for every moving fiber and returns that, shape=(fiber nodes,6). Needs the
+/// linearisation at the current iterate.
+std::vector<double> move_fibers(System& system, const std::vector<double>& force);
+
+/// Residuals, tangents and factors of the fibers at the current iterate.
+void linearize_fibers(System& system);
+
+/// Newton iterations of the fibers and multipliers in the present flow: what is nonlinear about fibers is settled where
+/// it costs little, before the flow is solved again. A fiber whose residual would grow stays where it was. Leaves the
+/// linearisation at the last positions, but S and g of those before. False on all ranks if S is singular. Collective.
+/// @param most    number of iterations
+/// @param enough  fiber_residual to reach [force]
+/// @param lambda  multipliers, shape=(rows,3) [force/length]
+/// @param norm    fiber_residual before and after [force]
+bool correct_fibers(System& system, int most, double enough, std::vector<double>& g, std::vector<double>& lambda,
+                    double& norm);
 
 /// 2-norm of nodal values of all ranks. Collective.
 double interface_norm(const Comm& comm, const std::vector<double>& values);

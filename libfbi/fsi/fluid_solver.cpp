@@ -21,6 +21,8 @@ constexpr int single_restart = 40;
 constexpr double tired_effort = 1.5;        // iterations with a factor that lags, against those when it was new
 constexpr double other_sigma = 0.25;        // change of 1/dt after which a factor is not that of the problem any more
 constexpr int tired_iterations = 40;        // of one solve, then it is renewed
+constexpr double loose_tolerance = 3e-3;    // above, one sweep of the velocity block in an iteration is fastest
+constexpr double slow_flow = 2.0;           // VelocityWeight::strength up to which the same holds
 constexpr double single_digits = 1e-5;      // a solve in single precision goes no further
 constexpr double trusted_digits = 1e-4;     // to which its own estimate of the residual is trusted
 constexpr double refined_enough = 0.1;      // factor by which a round of refinement must reduce the residual
@@ -376,6 +378,7 @@ linalg::KrylovResult FluidSolver::solve_single(Vec b, Vec x, double tolerance, i
     return result;
   }
   double residual = norm;
+  const bool many_sweeps = tolerance < loose_tolerance || weight_->strength() > slow_flow;
   FBI_PETSC(VecCopy(b, work_));
   for (int round = 0;; ++round) {
     {
@@ -386,7 +389,7 @@ linalg::KrylovResult FluidSolver::solve_single(Vec b, Vec x, double tolerance, i
     }
     const double wanted = std::max(tolerance * norm / residual, single_digits);
     const linalg::KrylovResult part =
-        single_->solve(single_right_.data(), single_solution_.data(), wanted, maximum - result.iterations);
+        single_->solve(single_right_.data(), single_solution_.data(), wanted, maximum - result.iterations, many_sweeps);
     result.iterations += part.iterations;
     if (!std::isfinite(part.relative_residual)) return result;
     {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "base/counters.hpp"
 #include "base/timer.hpp"
 #include "fsi/condensation.hpp"
 
@@ -15,6 +14,7 @@ namespace {
 constexpr int many_iterations = 40;
 // Fibers are stiff along their axis and cheap: they are solved to at least this, relative.
 constexpr double most_fiber_tolerance = 5e-3;
+constexpr double hopeless = 1e4;  // residual against that at the start of a step, then shorter steps are the better way
 constexpr int most_corrections = 3;  // of fibers alone, after a linear solve
 
 /// Tolerance of a linear solve: krylov_tolerance, but no further than the nonlinear tolerance asks for, unless the user
@@ -69,33 +69,6 @@ double constraint_residual(const System& system, const std::vector<double>& lamb
   largest = system.comm().max(largest);
   const double speed = system.fluid().max_velocity();
   return speed > 0.0 ? largest / speed : largest;
-}
-
-void linearize_fibers(System& system) {
-  Timed timed("fiber tangents");
-  system.beams().linearize();
-}
-
-/// Newton iterations of the fibers and multipliers in the present flow: what is nonlinear about fibers is settled where
-/// it costs little, before the flow is solved again. Leaves tangents of the last positions, but S and g of those before.
-/// False if matrices of fibers are singular. Collective.
-/// @param most    number of iterations
-/// @param enough  norm of the residual to reach
-/// @param norm    of the residual, before and after
-bool correct_fibers(System& system, int most, double enough, std::vector<double>& g, std::vector<double>& lambda,
-                    double& norm) {
-  for (int k = 0; k < most && norm > enough; ++k) {
-    count("fiber corrections");
-    if (!condense(system, g)) return false;
-    multipliers(system, g, lambda);
-    const std::vector<double> force = system.fiber_force(lambda);
-    move_fibers(system, force);
-    linearize_fibers(system);
-    const double before = norm;
-    norm = fiber_residual(system, force);
-    if (!(norm < 0.5 * before)) break;
-  }
-  return true;
 }
 
 }  // namespace
@@ -168,6 +141,7 @@ StepReport solve_monolithic(System& system) {
       report.residual = fluid_norm + fiber_norm;
       break;
     }
+    if (iteration > 0 && report.residual > hopeless) break;
     const bool fluid_done = fluid_norm <= fluid_floor || (iteration > 0 && norms.fluid <= parameters.newton_tolerance);
     const bool fiber_done = fiber_norm <= fiber_floor || (iteration > 0 && norms.fiber <= fiber_tolerance);
     const bool constraint_done = iteration > 0 || !iterated;

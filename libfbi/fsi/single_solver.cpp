@@ -1,11 +1,40 @@
 #include "fsi/single_solver.hpp"
 
 #include <algorithm>
-#include <cstdlib>
+#include <cmath>
 
 #include "base/timer.hpp"
 
 namespace fbi::fsi {
+
+namespace {
+
+constexpr int most_sweeps = 3;         // of the velocity block in an iteration
+constexpr double enough_of_it = 0.1;   // residual of the momentum rows that ends them, relative
+constexpr std::size_t strip = 16;  // numbers of four nodes
+constexpr std::size_t chunk = 4096;
+
+/// Sum of a b over the velocities of nodes, shape=(nodes,4): strips in floats, then in double.
+double velocity_dot(const float* a, const float* b, std::size_t size) {
+  double total = 0.0;
+  for (std::size_t begin = 0; begin < size; begin += chunk) {
+    const std::size_t end = std::min(size, begin + chunk);
+    float sum[strip] = {};
+    std::size_t k = begin;
+    for (; k + strip <= end; k += strip)
+      for (std::size_t i = 0; i < strip; ++i) sum[i] += a[k + i] * b[k + i];
+    for (std::size_t i = 0; k + i < end; ++i) sum[i] += a[k + i] * b[k + i];
+    for (std::size_t i = 0; i < strip; ++i)
+      if (i % 4 != 3) total += sum[i];
+  }
+  return total;
+}
+
+void add(float* to, float factor, const float* from, std::size_t size) {
+  for (std::size_t k = 0; k < size; ++k) to[k] += factor * from[k];
+}
+
+}  // namespace
 
 SingleSolver::SingleSolver(fluid::FluidField& fluid, fluid::SingleTangent& tangent, const coupling::Coupling* coupling,
                            const coupling::InterfaceOperator* interface, int restart)
@@ -37,7 +66,8 @@ void SingleSolver::prepare(const SinglePreconditioner& preconditioner) {
   find_touched();
 }
 
-linalg::KrylovResult SingleSolver::solve(float* b, float* x, double tolerance, int maximum) {
+linalg::KrylovResult SingleSolver::solve(float* b, float* x, double tolerance, int maximum, bool many_sweeps) {
+  many_sweeps_ = many_sweeps;
   return krylov_.solve(b, x, tolerance, maximum);
 }
 
@@ -55,7 +85,8 @@ void SingleSolver::velocity_block(const float* v, float factor, const float* gra
   const Timed timed("velocity block");
   const fluid::Halo& halo = tangent_.halo();
   for (std::size_t a = 0; a < owned_; ++a)
-    for (std::size_t k = 4 * a; k < 4 * a + 3; ++k) velocity[k] = weight_[k] * (factor * v[k] - gradient[k]);
+    for (std::size_t k = 4 * a; k < 4 * a + 3; ++k)
+      velocity[k] = weight_[k] * (factor * v[k] - (gradient != nullptr ? gradient[k] : 0.0f));
   tangent_.remove_normal(velocity, static_cast<Index>(owned_));
   halo.update_ghosts(velocity);
   if (!has_multipliers()) return;
@@ -77,25 +108,72 @@ void SingleSolver::velocity_block(const float* v, float factor, const float* gra
   halo.update_ghosts(velocity);
 }
 
-void SingleSolver::step(const float* v, float factor, float* z, float* w) {
-  {
-    const Timed timed("pressure solve");
-    const float unscaled = factor / static_cast<float>(parts_.continuity_scale);
-    for (std::size_t a = 0; a < owned_; ++a) right_[a] = unscaled * v[4 * a + 3];
-    parts_.pressure->apply(right_.data(), solution_.data());
-    const float scale = static_cast<float>(parts_.pressure_scale);
-    for (std::size_t a = 0; a < owned_; ++a) z[4 * a + 3] = scale * solution_[a] + mass_[a] * right_[a];
+void SingleSolver::add_multipliers(const float* z, float* product) {
+  const Timed timed("multiplier term");
+  coupling_->interpolate(z, 4, rows_.data());
+  interface_->solve(rows_.data());
+  coupling_->spread(rows_.data(), 4, product, 1.0);
+}
+
+void SingleSolver::apply_velocity(const float* z, float* w) {
+  tangent_.add_velocity(z, w, has_multipliers() ? std::function<void(float*)>([this, z](float* product) {
+    add_multipliers(z, product);
+  }) : nullptr);
+}
+
+void SingleSolver::solve_pressure(float* z) {
+  const Timed timed("pressure solve");
+  parts_.pressure->apply(right_.data(), solution_.data());
+  const float scale = static_cast<float>(parts_.pressure_scale);
+  for (std::size_t a = 0; a < owned_; ++a) z[4 * a + 3] = scale * solution_[a] + mass_[a] * right_[a];
+}
+
+void SingleSolver::sweep(float* z, float* w) {
+  const std::size_t size = 4 * owned_, room = 4 * nodes_;
+  const Comm& comm = fluid_.mesh().comm;
+  sweeps_.resize(most_sweeps);
+  const double start = comm.sum(velocity_dot(rest_.data(), rest_.data(), size));
+  if (!(start > 0.0) || !std::isfinite(start)) return;
+  for (int j = 0; j < most_sweeps; ++j) {
+    Sweep& here = sweeps_[j];
+    here.z.assign(room, 0.0f);
+    here.w.assign(room, 0.0f);
+    velocity_block(rest_.data(), 1.0f, nullptr, here.z.data());
+    apply_velocity(here.z.data(), here.w.data());
+    for (int i = 0; i < j; ++i) {
+      const double product = comm.sum(velocity_dot(sweeps_[i].w.data(), here.w.data(), size));
+      const float h = static_cast<float>(product / sweeps_[i].squared_norm);
+      add(here.w.data(), -h, sweeps_[i].w.data(), size);
+      add(here.z.data(), -h, sweeps_[i].z.data(), room);
+    }
+    double sums[2] = {velocity_dot(here.w.data(), here.w.data(), size), velocity_dot(rest_.data(), here.w.data(), size)};
+    comm.sum(sums, 2);
+    here.squared_norm = sums[0];
+    if (!(sums[0] > 0.0)) return;
+    const float alpha = static_cast<float>(sums[1] / sums[0]);
+    add(z, alpha, here.z.data(), room);
+    add(w, alpha, here.w.data(), size);
+    add(rest_.data(), -alpha, here.w.data(), size);
+    if (comm.sum(velocity_dot(rest_.data(), rest_.data(), size)) <= enough_of_it * enough_of_it * start) return;
   }
+}
+
+void SingleSolver::step(const float* v, float factor, float* z, float* w) {
+  const float unscaled = factor / static_cast<float>(parts_.continuity_scale);
+  for (std::size_t a = 0; a < owned_; ++a) right_[a] = unscaled * v[4 * a + 3];
+  solve_pressure(z);
   tangent_.halo().update_ghosts(z);
   tangent_.apply_to_pressure(z, w);
-  velocity_block(v, factor, w, z);
-  const auto add_multipliers = [this, z](float* product) {
-    const Timed timed("multiplier term");
-    coupling_->interpolate(z, 4, rows_.data());
-    interface_->solve(rows_.data());
-    coupling_->spread(rows_.data(), 4, product, 1.0);
-  };
-  tangent_.add_velocity(z, w, has_multipliers() ? std::function<void(float*)>(add_multipliers) : nullptr);
+  if (!many_sweeps_) {
+    velocity_block(v, factor, w, z);
+    apply_velocity(z, w);
+    return;
+  }
+  for (std::size_t a = 0; a < nodes_; ++a)
+    for (std::size_t k = 4 * a; k < 4 * a + 3; ++k) z[k] = 0.0f;
+  rest_.resize(4 * owned_);
+  for (std::size_t k = 0; k < 4 * owned_; ++k) rest_[k] = factor * v[k] - w[k];
+  sweep(z, w);
 }
 
 }  // namespace fbi::fsi

@@ -27,7 +27,9 @@ struct SinglePreconditioner {
 /// FGMRES on (A_FF + M^T S^-1 M) x = b with the block-triangular preconditioner
 ///   p = P^-1 r_p,  u = (W^-1 + M^T S^-1 M)^-1 (r_u - G p),
 /// everything in floats but the multipliers. G p is a part of both the preconditioner and the product, so that an
-/// iteration costs one pass over the velocity columns and one over the (cheap) pressure columns.
+/// iteration costs one pass over the velocity columns and one over the (cheap) pressure columns. Where tight tolerances,
+/// fast or viscous flow make many iterations, the velocity block is followed by up to two more, with minimal residuals
+/// between them (a preconditioner that varies, which FGMRES allows).
 ///
 /// Rows and columns of unknowns that are not free are left out: b is zero there, and so is x.
 class SingleSolver {
@@ -39,12 +41,19 @@ class SingleSolver {
   /// The weights of the next solves. The tangent is that of the object given above.
   void prepare(const SinglePreconditioner& preconditioner);
   /// b: shape=(owned nodes,4) in scaled continuity rows, overwritten. x likewise. Collective.
-  linalg::KrylovResult solve(float* b, float* x, double tolerance, int maximum);
+  /// @param many_sweeps  the velocity block solves its equations further in every iteration: fewer, longer iterations
+  linalg::KrylovResult solve(float* b, float* x, double tolerance, int maximum, bool many_sweeps);
 
  private:
   void step(const float* v, float factor, float* z, float* w);
   void velocity_block(const float* v, float factor, const float* gradient, float* velocity);
   void find_touched();
+  void add_multipliers(const float* z, float* product);
+  void apply_velocity(const float* z, float* w);
+  void solve_pressure(float* z);
+  /// Minimal residuals with the velocity block on A_uu u = rest_: adds u to z, its product to w, and takes the latter
+  /// from the velocities of rest_. The fourth entries of u are zero.
+  void sweep(float* z, float* w);
   bool has_multipliers() const { return coupling_ != nullptr && coupling_->global_rows() > 0; }
 
   fluid::FluidField& fluid_;
@@ -59,6 +68,13 @@ class SingleSolver {
   std::vector<Index> touched_;           ///< owned nodes where it may not be zero
   std::vector<float> right_, solution_;  ///< of the pressure, shape=(owned nodes)
   std::vector<double> rows_;             ///< shape=(rows,3)
+  struct Sweep {
+    std::vector<float> z, w;  ///< a direction and its product, shape=(nodes,4)
+    double squared_norm = 0.0;
+  };
+  bool many_sweeps_ = false;
+  std::vector<Sweep> sweeps_;  ///< empty until needed
+  std::vector<float> rest_;    ///< what the velocities leave, shape=(owned nodes,4)
   linalg::SingleGmres krylov_;
 };
 

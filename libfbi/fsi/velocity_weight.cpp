@@ -77,6 +77,10 @@ void VelocityWeight::renew() {
   complete_ghosts(diagonal);
   const std::vector<double>& volume = fluid_.lumped_volume();
   const std::vector<char>& dirichlet = fluid_.is_dirichlet();
+  strength_ = 0.0;
+  for (Index a = 0; a < mesh.owned_nodes; ++a)
+    strength_ = std::max(strength_, diagonal[a] / (density * sigma * volume[a]));
+  strength_ = mesh.comm.max(strength_);
   values_.resize(3 * static_cast<std::size_t>(mesh.local_nodes()));
   for (Index a = 0; a < mesh.local_nodes(); ++a)
     for (int i = 0; i < 3; ++i) {

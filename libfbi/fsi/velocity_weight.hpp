@@ -18,6 +18,8 @@ class VelocityWeight {
   void renew();
   /// W, zero where the velocity is given, shape=(local nodes,3).
   const std::vector<double>& values() const { return values_; }
+  /// Largest part of W^-1 that is not inertia, over inertia: some CFL + 4 mu dt/(rho h^2); the same on all ranks.
+  double strength() const { return strength_; }
 
  private:
   void complete_ghosts(std::vector<double>& nodal);
@@ -27,6 +29,7 @@ class VelocityWeight {
   std::vector<double> cell_size_;       // V^(1/3) [length], shape=(local cells)
   std::vector<double> cell_diffusion_;  // int |grad N_a|^2 [length], shape=(local cells)
   std::vector<double> values_;
+  double strength_ = 0.0;
   double sigma_ = -1.0;  // that W was computed for
 };
 
