@@ -138,8 +138,9 @@ void BeamField::begin_step(double time, double dt) {
   b.level.inertia = b.scheme.inertia_per_displacement(dt);
   for (Index f = 0; f < b.mesh.fibers(); ++f) {
     b.begin_step(f);
-    if (!is_fixed(f) && !b.is_joined(f)) predict(b, f);
+    if (!is_fixed(f) && !b.is_joined(f) && !b.batches->has(f)) predict(b, f);
   }
+  predict_batches(b);
   for (Index g = 0; b.joints != nullptr && g < b.joints->groups(); ++g) predict_group(b, *b.joints, g);
 }
 

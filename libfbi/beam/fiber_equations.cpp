@@ -362,14 +362,18 @@ void FiberEquations::update_rates(const Fiber& fiber) {
 }
 
 void FiberEquations::add_increment(const Fiber& fiber, const double* delta, double factor) {
-  const std::size_t first = fiber.first_dof(), size = static_cast<std::size_t>(fiber.dofs());
+  const std::size_t first = fiber.first_dof();
   const std::size_t f = static_cast<std::size_t>(&fiber - fibers.data());
   if (is_rigid(static_cast<Index>(f))) {
     rigid[f].turn_by(rigid[f].twist_of(delta), factor);
   } else {
-    std::vector<double> change(delta, delta + size);
-    fiber.project_increment(change.data());
-    for (std::size_t i = 0; i < size; ++i) dofs[first + i] += factor * change[i];
+    double change[6];
+    for (Index node = 0; node < fiber.nodes; ++node) {
+      const std::size_t at = 6 * static_cast<std::size_t>(node);
+      std::copy_n(delta + at, 6, change);
+      if (const NodeSupport* support = fiber.support_at(node)) support->constraint.project_increment(change);
+      for (std::size_t k = 0; k < 6; ++k) dofs[first + at + k] += factor * change[k];
+    }
   }
   update_rates(fiber);
 }

@@ -71,14 +71,22 @@ double constraint_residual(const System& system, const std::vector<double>& lamb
   return speed > 0.0 ? largest / speed : largest;
 }
 
+/// Residual and tangents at the iterate, unless they are there.
 void linearize_fibers(System& system) {
+  if (system.beams().is_linearized()) return;
   Timed timed("fiber tangents");
   system.beams().linearize();
 }
 
+/// The residual alone: tangents follow where the step goes on.
+void evaluate_fibers(System& system) {
+  Timed timed("fiber residual");
+  system.beams().evaluate();
+}
+
 /// Newton iterations of the fibers and multipliers in the present flow: what is nonlinear about fibers is settled where
-/// it costs little, before the flow is solved again. Leaves tangents of the last positions, but S and g of those before.
-/// False if matrices of fibers are singular. Collective.
+/// it costs little, before the flow is solved again. Leaves the residual of the last positions, but tangents, S and g of
+/// those before. False if matrices of fibers are singular. Collective.
 /// @param most    number of iterations
 /// @param enough  norm of the residual to reach
 /// @param norm    of the residual, before and after
@@ -86,11 +94,12 @@ bool correct_fibers(System& system, int most, double enough, std::vector<double>
                     double& norm) {
   for (int k = 0; k < most && norm > enough; ++k) {
     count("fiber corrections");
+    linearize_fibers(system);
     if (!condense(system, g)) return false;
     multipliers(system, g, lambda);
     const std::vector<double> force = system.fiber_force(lambda);
     move_fibers(system, force);
-    linearize_fibers(system);
+    evaluate_fibers(system);
     const double before = norm;
     norm = fiber_residual(system, force);
     if (!(norm < 0.5 * before)) break;
@@ -118,12 +127,13 @@ StepReport solve_monolithic(System& system) {
   const bool iterated = coupled && system.scheme().geometry_update == GeometryUpdate::iterated && moving;
 
   for (int iteration = 0;; ++iteration) {
-    if (moving) linearize_fibers(system);
     const bool last = linearized && iteration == 1;  // the one linear solve was about the positions of the predictor
-    if (iterated && !last && system.update_geometry(system.beams().dofs())) geometry_changed = true;
     // What the fibers do to S and g is needed for another linear solve only, unless the constraint is looked at.
-    const bool early = iteration == 0 || iterated;
-    if (coupled && !last && early) {
+    const bool early = !last && (iteration == 0 || iterated);
+    if (moving && early) linearize_fibers(system);
+    if (moving && !early) evaluate_fibers(system);
+    if (iterated && !last && system.update_geometry(system.beams().dofs())) geometry_changed = true;
+    if (coupled && early) {
       if (!condense(system, g)) break;
       // Bases whose rows follow the segments have other rows in other positions.
       if (iteration == 0 || (iterated && !system.coupling().has_fixed_rows())) multipliers(system, g, lambda);
@@ -142,6 +152,7 @@ StepReport solve_monolithic(System& system) {
         // One suffices to begin with: what is left is as small as what the flow will change.
         if (!correct_fibers(system, iteration == 0 ? 1 : most_corrections, enough, g, lambda, fiber_norm)) break;
         // The linear solve that follows is about these positions.
+        if (iteration == 0) linearize_fibers(system);
         if (iteration == 0 && !condense(system, g)) break;
         if (iteration == 0) multipliers(system, g, lambda);
         force = system.fiber_force(lambda);
@@ -181,6 +192,7 @@ StepReport solve_monolithic(System& system) {
     }
     if (iteration == parameters.newton_iterations) break;
 
+    if (moving) linearize_fibers(system);
     if (coupled && !early && !condense(system, g)) break;
     // Newton step of the condensed system: its residual has lambda = S^-1 (M u - g) at this linearisation.
     if (coupled && iteration > 0) {
