@@ -78,8 +78,8 @@ class BeamField {
   /// block = D K_b^-1 D^T, shape=(3*rows,3*rows), multiplier entries ordered (row, direction). `d` is row-major
   /// shape=(rows, 2*nodes): d_1, t_1, d_2, ..., the same for each direction.
   void compliance(Index fiber, const double* d, Index rows, RowMatrix& block) const;
-  /// compliance() of all fibers that have equations and are not joined, several at a time: `d` and `rows` of each fiber,
-  /// shape=(fibers); `take` is called once for each, in any order.
+  /// compliance() of all fibers that have equations and are not joined, several at a time: `d` and `rows` of each
+  /// fiber, shape=(fibers); `take` is called once for each, in any order.
   void compliances(const std::vector<const double*>& d, const std::vector<Index>& rows,
                    const std::function<void(Index, const RowMatrix&)>& take) const;
   /// Adds an increment to the iterate and updates end velocity and acceleration with it. Joints go along by what the

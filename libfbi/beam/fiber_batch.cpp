@@ -23,9 +23,9 @@ bool can_be_batched(const FiberEquations& equations, Index f) {
   const Fiber& fiber = equations.fibers[f];
   return group.formulation == Formulation::torsion_free && equations.parameters.scheme != TimeScheme::midpoint &&
          fiber.mass_damping == 0.0 && fiber.stiffness_damping == 0.0 && !fiber.moving_supports &&
-         !equations.mesh.is_joined(f) &&
-         std::none_of(group.loads.begin(), group.loads.end(),
-                      [](const Load& load) { return load.type == LoadType::moment || load.follower; });
+         !equations.mesh.is_joined(f) && std::none_of(group.loads.begin(), group.loads.end(), [](const Load& load) {
+           return load.type == LoadType::moment || load.follower;
+         });
 }
 
 // What fibers of one batch have in common: the number of nodes, and what is held where.
@@ -59,8 +59,7 @@ FiberBatch make_batch(const FiberEquations& equations, const Index* fibers, int 
     batch.section.bending_stiffness.set(lane, fiber.section.bending_stiffness);
     batch.section.mass_per_length.set(lane, fiber.section.mass_per_length);
     batch.shortest.set(lane, equations.shortest_element(fiber));
-    for (std::size_t e = 0; e < batch.length.size(); ++e)
-      batch.length[e].set(lane, equations.element_length(fiber)[e]);
+    for (std::size_t e = 0; e < batch.length.size(); ++e) batch.length[e].set(lane, equations.element_length(fiber)[e]);
     for (std::size_t s = 0; s < batch.supports.size(); ++s)
       for (int k = 0; k < 3; ++k) batch.supports[s].axis[k].set(lane, fiber.supports[s].constraint.axis[k]);
   }
@@ -109,8 +108,7 @@ inline void project(const FiberBatch& batch, Lanes* x) {
 }
 
 inline void enlarge(Lanes& largest, const Lanes* force, const Lanes& inverse_length) {
-  for (int k = 0; k < node_dofs; ++k)
-    largest = max(largest, k < 3 ? abs(force[k]) : abs(force[k]) * inverse_length);
+  for (int k = 0; k < node_dofs; ++k) largest = max(largest, k < 3 ? abs(force[k]) : abs(force[k]) * inverse_length);
 }
 
 // Projects the supports of element e out and adds it to the matrix.
@@ -174,16 +172,15 @@ FBI_KERNEL void evaluate_batch(FiberBatch& batch, const Level& level, Work& work
       const Lanes* rate = work.rate + dof;
       for (int i = 0; i < 4; ++i)
         for (int k = 0; k < 3; ++k)
-          force[3 * i + k] = mass[i][0] * rate[k] + mass[i][1] * rate[3 + k] + mass[i][2] * rate[6 + k] +
-                             mass[i][3] * rate[9 + k];
+          force[3 * i + k] =
+              mass[i][0] * rate[k] + mass[i][1] * rate[3 + k] + mass[i][2] * rate[6 + k] + mass[i][3] * rate[9 + k];
       for (int i = 0; i < element_dofs; ++i) work.full[dof + i] += force[i];
       enlarge(largest, force, inverse_length);
       enlarge(largest, force + node_dofs, inverse_length);
       if (with_tangent)
         for (int i = 0; i < 4; ++i)
           for (int j = i; j < 4; ++j)
-            for (int k = 0; k < 3; ++k)
-              tangent[element_dofs * (3 * i + k) + 3 * j + k] += level.inertia * mass[i][j];
+            for (int k = 0; k < 3; ++k) tangent[element_dofs * (3 * i + k) + 3 * j + k] += level.inertia * mass[i][j];
     }
     if (with_tangent) assemble(batch, e, tangent);
   }
@@ -332,8 +329,8 @@ void FiberBatches::evaluate(FiberEquations& equations, bool with_tangent) {
     for (int lane = 0; lane < batch_size; ++lane) {
       const std::size_t first = batch.first_dof[lane];
       for (std::size_t i = 0; i < size; ++i) {
-        work.rate[i].set(lane, (1 - alpha_m) * equations.acceleration[first + i] +
-                                   alpha_m * equations.acceleration_n[first + i]);
+        work.rate[i].set(
+            lane, (1 - alpha_m) * equations.acceleration[first + i] + alpha_m * equations.acceleration_n[first + i]);
         work.other[i].set(lane, equations.internal_n[first + i] - equations.external_n[first + i]);
       }
     }

@@ -8,8 +8,8 @@ namespace fbi::beam::torsion_free {
 /// Node functions whose weight of r' does not vanish at a collocation point: there is one at either end.
 inline constexpr int first_acting[3] = {1, 0, 3}, last_acting[3] = {1, 3, 3};
 
-/// Adds the derivative of the axial energy by q, shape=(12), to `residual`, and its second derivative to the 3 x 3 blocks
-/// (i,j), i <= j, of `tangent`, shape=(12,12) row-major or null.
+/// Adds the derivative of the axial energy by q, shape=(12), to `residual`, and its second derivative to the 3 x 3
+/// blocks (i,j), i <= j, of `tangent`, shape=(12,12) row-major or null.
 template <class T>
 void add_axial(const ElementPropertiesOf<T>& element, const T* q, T* residual, T* tangent) {
   const AxialStrainOf<T> s = axial_strain(element, q);
@@ -39,8 +39,7 @@ void add_axial(const ElementPropertiesOf<T>& element, const T* q, T* residual, T
     T second[3][3];
     const T force = n[c] / s.stretch[c];
     for (int k = 0; k < 3; ++k)
-      for (int l = 0; l < 3; ++l)
-        second[k][l] = force * ((k == l ? 1.0 : 0.0) - s.direction[c][k] * s.direction[c][l]);
+      for (int l = 0; l < 3; ++l) second[k][l] = force * ((k == l ? 1.0 : 0.0) - s.direction[c][k] * s.direction[c][l]);
     for (int i = first_acting[c]; i <= last_acting[c]; ++i)
       for (int j = i; j <= last_acting[c]; ++j) {
         const T w = s.weights[c][i] * s.weights[c][j];
@@ -115,8 +114,7 @@ template <class T>
 void mirror(T* matrix) {
   for (int i = 1; i < 4; ++i)
     for (int k = 0; k < 3; ++k)
-      for (int b = 0; b < 3 * i; ++b)
-        matrix[element_dofs * (3 * i + k) + b] = matrix[element_dofs * b + 3 * i + k];
+      for (int b = 0; b < 3 * i; ++b) matrix[element_dofs * (3 * i + k) + b] = matrix[element_dofs * b + 3 * i + k];
 }
 
 /// rho_b A int H_i H_j ds: the consistent mass in each direction.

@@ -17,8 +17,8 @@ using fem::batch_size;
 constexpr double least_pivot = 1e-13, symmetric = 1e-12;
 
 // Replaces symmetric matrices, shape=(n,n) of which the lower triangle is used, by minus their inverses: one sweep for
-// each row. `pivot_column` and `diagonal` are scratch, shape=(n). `ok`: lanes that are symmetric and whose pivots are all
-// positive.
+// each row. `pivot_column` and `diagonal` are scratch, shape=(n). `ok`: lanes that are symmetric and whose pivots are
+// all positive.
 FBI_KERNEL void invert_symmetric(Lanes* matrix, Index n, Lanes* pivot_column, Lanes* diagonal, bool* ok) {
   Lanes largest = 0.0, difference = 0.0;
   for (Index i = 0; i < n; ++i) {

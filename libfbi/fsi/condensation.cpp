@@ -24,7 +24,8 @@ std::vector<double> free_velocity(System& system) {
   for (Index f = 0; f < fibers.fibers(); ++f) {
     if (beams.is_fixed(f)) continue;
     const std::size_t end = 6 * static_cast<std::size_t>(fibers.first_node[f + 1]);
-    for (std::size_t k = 6 * static_cast<std::size_t>(fibers.first_node[f]); k < end; ++k) velocity[k] += c * increment[k];
+    for (std::size_t k = 6 * static_cast<std::size_t>(fibers.first_node[f]); k < end; ++k)
+      velocity[k] += c * increment[k];
   }
   return velocity;
 }

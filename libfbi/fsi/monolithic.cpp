@@ -27,8 +27,8 @@ double linear_tolerance(const SolverParameters& parameters, double residual, dou
   return std::clamp(enough, parameters.krylov_tolerance, std::max(parameters.krylov_tolerance, 0.3));
 }
 
-/// What the residual of the fluid is compared with: the first of the step, but where the tolerance is loose and the step
-/// starts far from its end, as after a sudden start, no more than a part of the forces that change the momentum.
+/// What the residual of the fluid is compared with: the first of the step, but where the tolerance is loose and the
+/// step starts far from its end, as after a sudden start, no more than a part of the forces that change the momentum.
 /// @param momentum  System::fluid_scale()
 double fluid_reference_of(const SolverParameters& parameters, double first, double momentum) {
   constexpr double loose = 1e-3, part = 0.05;
@@ -85,8 +85,8 @@ void evaluate_fibers(System& system) {
 }
 
 /// Newton iterations of the fibers and multipliers in the present flow: what is nonlinear about fibers is settled where
-/// it costs little, before the flow is solved again. Leaves the residual of the last positions, but tangents, S and g of
-/// those before. False if matrices of fibers are singular. Collective.
+/// it costs little, before the flow is solved again. Leaves the residual of the last positions, but tangents, S and g
+/// of those before. False if matrices of fibers are singular. Collective.
 /// @param most    number of iterations
 /// @param enough  norm of the residual to reach
 /// @param norm    of the residual, before and after

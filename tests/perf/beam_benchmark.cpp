@@ -41,13 +41,12 @@ void evaluate(benchmark::State& state) {
   field.initialize({});
   field.begin_step(2e-4, 2e-4);
   const std::vector<double> nothing(6 * static_cast<std::size_t>(canopy.mesh.nodes()), 0.0);
-  perf::measure(
-      state, Comm(MPI_COMM_WORLD),
-      [&] {
-        field.increment(nothing);
-        field.evaluate();
-      },
-      {});
+  perf::measure(state, Comm(MPI_COMM_WORLD),
+                [&] {
+                  field.increment(nothing);
+                  field.evaluate();
+                },
+                {});
 }
 BENCHMARK(evaluate)->Apply([](auto* b) { perf::fixed(b, 50); });
 

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <random>
 
@@ -105,8 +106,8 @@ TEST(FiberBatch, EqualsOneFiberAfterTheOther) {
       EXPECT_EQ(one.singular[f], many.singular[f]);
       if (one.singular[f]) continue;
       // In statics nothing but round-off holds those that can move as a whole.
-      const bool determined = scheme != TimeScheme::static_ || scene.mesh.group[f] == 1 ||
-                              scene.mesh.group[f] == 0 || scene.mesh.group[f] >= 4;
+      const bool determined = scheme != TimeScheme::static_ || scene.mesh.group[f] == 1 || scene.mesh.group[f] == 0 ||
+                              scene.mesh.group[f] >= 4;
       if (!determined) continue;
       for (const Index columns : {1, 11}) {
         std::vector<double> x(size * columns), y;
