@@ -57,6 +57,7 @@ struct BeamField::Implementation : FiberEquations {
   using FiberEquations::FiberEquations;
   std::unique_ptr<Joints> joints;  // null without joints on this rank
   bool joints_singular = false;
+  bool linearized = false;  // residual and factors belong to the iterate
 
   void evaluate_with_joints() {
     evaluate_all(false);
@@ -118,7 +119,7 @@ void BeamField::begin_step(double time, double dt) {
     const std::string torn = b.joints != nullptr ? b.joints->start_moving_supports(b) : "";
     agree_on_error(b.mesh.comm, ExitCode::usage, torn);
   }
-  b.evaluated = false;
+  b.evaluated = b.linearized = false;
   b.dofs = b.dofs_n;
   b.velocity = b.velocity_n;
   b.acceleration = b.acceleration_n;
@@ -137,8 +138,9 @@ void BeamField::begin_step(double time, double dt) {
   b.level.inertia = b.scheme.inertia_per_displacement(dt);
   for (Index f = 0; f < b.mesh.fibers(); ++f) {
     b.begin_step(f);
-    if (!is_fixed(f) && !b.is_joined(f)) predict(b, f);
+    if (!is_fixed(f) && !b.is_joined(f) && !b.batches->has(f)) predict(b, f);
   }
+  predict_batches(b);
   for (Index g = 0; b.joints != nullptr && g < b.joints->groups(); ++g) predict_group(b, *b.joints, g);
 }
 
@@ -160,15 +162,23 @@ void BeamField::linearize() {
     b.joints->add_forces(b, g);
     b.joints->add_springs(b, g);
   }
-  for (Index f = 0; f < b.mesh.fibers(); ++f)
-    if (!is_fixed(f)) {
-      b.factorize(f);
-      b.condense(f);
-    }
+  b.factorize_all();
+  b.linearized = true;
   b.joints_singular = false;
   for (Index g = 0; b.joints != nullptr && g < b.joints->groups(); ++g)
     if (!b.joints->factorize(b, g)) b.joints_singular = true;
 }
+
+void BeamField::evaluate() {
+  Implementation& b = *implementation_;
+  // Residuals of triads and joints are condensed by tangents.
+  if (b.triads != nullptr || b.joints != nullptr)
+    linearize();
+  else if (!b.evaluated)
+    b.evaluate_all(false);
+}
+
+bool BeamField::is_linearized() const { return implementation_->linearized; }
 
 const std::vector<double>& BeamField::residual() const { return implementation_->residual; }
 
@@ -201,8 +211,9 @@ void BeamField::solve(Index fiber, double* b) const {
 
 void BeamField::solve(std::vector<double>& b) {
   Implementation& all = *implementation_;
+  all.batches->solve(b.data());
   for (Index f = 0; f < all.mesh.fibers(); ++f)
-    if (!all.is_joined(f)) solve(f, &b[all.fibers[f].first_dof()]);
+    if (!all.is_joined(f) && !all.batches->is_factorized(f)) solve(f, &b[all.fibers[f].first_dof()]);
   for (Index g = 0; all.joints != nullptr && g < all.joints->groups(); ++g) {
     std::vector<double> part = all.joints->gather(g, b);
     if (all.joints_singular)
@@ -257,9 +268,24 @@ void BeamField::compliance(Index fiber, const double* d, Index rows, RowMatrix& 
     }
 }
 
+void BeamField::compliances(const std::vector<const double*>& d, const std::vector<Index>& rows,
+                            const std::function<void(Index, const RowMatrix&)>& take) const {
+  const Implementation& b = *implementation_;
+  RowMatrix block;
+  b.batches->compliance(d, rows, [&](Index f, const double* values) {
+    block = Eigen::Map<const RowMatrix>(values, 3 * rows[f], 3 * rows[f]);
+    take(f, block);
+  });
+  for (Index f = 0; f < b.mesh.fibers(); ++f) {
+    if (is_fixed(f) || b.is_joined(f) || b.batches->is_factorized(f)) continue;
+    compliance(f, d[f], rows[f], block);
+    take(f, block);
+  }
+}
+
 void BeamField::increment(const std::vector<double>& delta) {
   Implementation& b = *implementation_;
-  b.evaluated = false;
+  b.evaluated = b.linearized = false;
   for (Index f = 0; f < b.mesh.fibers(); ++f) {
     const Fiber& fiber = b.fibers[f];
     if (fiber.formulation == nullptr) continue;
@@ -282,7 +308,7 @@ void BeamField::increment(const std::vector<double>& delta) {
 int BeamField::solve_step(const std::vector<double>& force) {
   Implementation& b = *implementation_;
   count_parts("fiber solves", b.moving);
-  b.evaluated = false;
+  b.evaluated = b.linearized = false;
   int most = 0;
   bool failed = false;
   for (Index f = 0; f < b.mesh.fibers(); ++f) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -45,6 +46,11 @@ class BeamField {
   /// Evaluates residual G_b (without any coupling force, internal - external + inertia, at the generalised-alpha level)
   /// and factorises K_b of every fiber at the current iterate. Constrained rows of G_b are zero.
   void linearize();
+  /// The residual alone, which costs a third; with triads or joints it is that of linearize(), which is called. Solves
+  /// go on with the factors of the last linearisation.
+  void evaluate();
+  /// True after linearize() until the iterate changes.
+  bool is_linearized() const;
   /// Fibers with triads: G_b is what remains after the triads are eliminated, so that K_b^-1 G_b is the center-line
   /// part of the increment of all unknowns.
   const std::vector<double>& residual() const;
@@ -72,6 +78,10 @@ class BeamField {
   /// block = D K_b^-1 D^T, shape=(3*rows,3*rows), multiplier entries ordered (row, direction). `d` is row-major
   /// shape=(rows, 2*nodes): d_1, t_1, d_2, ..., the same for each direction.
   void compliance(Index fiber, const double* d, Index rows, RowMatrix& block) const;
+  /// compliance() of all fibers that have equations and are not joined, several at a time: `d` and `rows` of each
+  /// fiber, shape=(fibers); `take` is called once for each, in any order.
+  void compliances(const std::vector<const double*>& d, const std::vector<Index>& rows,
+                   const std::function<void(Index, const RowMatrix&)>& take) const;
   /// Adds an increment to the iterate and updates end velocity and acceleration with it. Joints go along by what the
   /// last solve() of all fibers found, triads turn by what the last linearisation at this iterate says, which is made
   /// if there is none.

@@ -136,6 +136,7 @@ FiberEquations::FiberEquations(const mesh::FiberMesh& fiber_mesh, const std::vec
   pivot.assign(size, 0);
   band.assign(band_total, 0.0);
   loads.evaluate(0.0, parameters.scheme == TimeScheme::static_ ? 0.0 : 1.0, load_values);
+  batches = std::make_unique<FiberBatches>(*this);
 }
 
 // A support that moves a node moves those joined to it as well: Newmark's updates of a displacement that the others
@@ -239,13 +240,19 @@ void FiberEquations::evaluate(Index f, bool with_tangent) {
   }
   fiber.project(&residual[first]);
   scale[f] = largest;
+  round_off[f] = round_off_of(f, coordinate);
+}
+
+double FiberEquations::round_off_of(Index f, double coordinate) const {
+  const Fiber& fiber = fibers[f];
+  const double shortest = shortest_element(fiber);
   const double viscous = level.dynamic ? fiber.stiffness_damping * scheme.velocity_per_displacement(level.dt)
                                        : 0.0;  // relative to elastic
   const double stiffness =
       (1 + viscous) * (fiber.section.axial_stiffness + fiber.section.bending_stiffness / (shortest * shortest));
-  round_off[f] =
-      4 * epsilon *
-      (stiffness * (1 + coordinate / shortest) + level.inertia * fiber.section.mass_per_length * shortest * coordinate);
+  return 4 * epsilon *
+         (stiffness * (1 + coordinate / shortest) +
+          level.inertia * fiber.section.mass_per_length * shortest * coordinate);
 }
 
 // Projects the supports out and adds the element matrix to the band.
@@ -269,9 +276,20 @@ void FiberEquations::assemble_element(const Fiber& fiber, Index e, ElementMatrix
 }
 
 void FiberEquations::evaluate_all(bool with_tangent) {
-  for (Index f = 0; f < mesh.fibers(); ++f)
-    if (fibers[f].formulation != nullptr) evaluate(f, with_tangent);
+  batches->evaluate(*this, with_tangent);
+  for (Index f = 0; f < mesh.fibers(); ++f) {
+    if (fibers[f].formulation == nullptr) continue;
+    if (!batches->has(f) || (with_tangent && !batches->is_factorized(f))) evaluate(f, with_tangent);
+  }
   evaluated = true;
+}
+
+void FiberEquations::factorize_all() {
+  for (Index f = 0; f < mesh.fibers(); ++f) {
+    if (fibers[f].formulation == nullptr || batches->is_factorized(f)) continue;
+    factorize(f);
+    condense(f);
+  }
 }
 
 void FiberEquations::assemble_mass(Index f) {
@@ -289,6 +307,7 @@ void FiberEquations::assemble_mass(Index f) {
 
 bool FiberEquations::factorize(Index f) {
   if (has_triads(f)) return triads->factorize(*this, f);
+  batches->leave(f);
   const Fiber& fiber = fibers[f];
   if (is_rigid(f)) {
     singular[f] = !rigid[f].factorize();
@@ -304,6 +323,7 @@ void FiberEquations::condense(Index f) {
 
 void FiberEquations::solve(Index f, double* b, Index columns) const {
   if (has_triads(f)) return triads->solve(*this, f, b, columns);
+  if (batches->is_factorized(f)) return batches->solve(f, b, columns);
   const Fiber& fiber = fibers[f];
   if (singular[f]) {
     std::fill_n(b, static_cast<std::size_t>(fiber.dofs()) * columns, std::numeric_limits<double>::quiet_NaN());
@@ -342,14 +362,18 @@ void FiberEquations::update_rates(const Fiber& fiber) {
 }
 
 void FiberEquations::add_increment(const Fiber& fiber, const double* delta, double factor) {
-  const std::size_t first = fiber.first_dof(), size = static_cast<std::size_t>(fiber.dofs());
+  const std::size_t first = fiber.first_dof();
   const std::size_t f = static_cast<std::size_t>(&fiber - fibers.data());
   if (is_rigid(static_cast<Index>(f))) {
     rigid[f].turn_by(rigid[f].twist_of(delta), factor);
   } else {
-    std::vector<double> change(delta, delta + size);
-    fiber.project_increment(change.data());
-    for (std::size_t i = 0; i < size; ++i) dofs[first + i] += factor * change[i];
+    double change[6];
+    for (Index node = 0; node < fiber.nodes; ++node) {
+      const std::size_t at = 6 * static_cast<std::size_t>(node);
+      std::copy_n(delta + at, 6, change);
+      if (const NodeSupport* support = fiber.support_at(node)) support->constraint.project_increment(change);
+      for (std::size_t k = 0; k < 6; ++k) dofs[first + at + k] += factor * change[k];
+    }
   }
   update_rates(fiber);
 }

@@ -9,6 +9,7 @@
 
 #include "beam/band_lu.hpp"
 #include "beam/end_conditions.hpp"
+#include "beam/fiber_batch.hpp"
 #include "beam/formulation.hpp"
 #include "beam/generalized_alpha.hpp"
 #include "beam/loads.hpp"
@@ -85,6 +86,7 @@ struct FiberEquations {
   std::vector<Index> pivot;
   std::vector<char> singular;
   std::unique_ptr<TriadField> triads;  // rotations of simo_reissner fibers; null when no group has them
+  std::unique_ptr<FiberBatches> batches;
 
   FiberEquations(const mesh::FiberMesh& fiber_mesh, const std::vector<FiberParameters>& fiber_groups,
                  const BeamTimeParameters& time, const Vec3& gravity);
@@ -98,6 +100,10 @@ struct FiberEquations {
   /// request.
   void evaluate(Index f, bool with_tangent);
   void evaluate_all(bool with_tangent);
+  /// Factors after evaluate_all(true), of every fiber that has equations.
+  void factorize_all();
+  /// FiberEquations::round_off of a torsion_free fiber with the largest coordinate `coordinate`.
+  double round_off_of(Index f, double coordinate) const;
   /// The consistent mass in the band instead of K_b.
   void assemble_mass(Index f);
   /// Adds to one diagonal entry of the band of one fiber; the supports are not looked at.

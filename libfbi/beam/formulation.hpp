@@ -8,13 +8,15 @@ namespace fbi::beam {
 /// DoFs of one element: d_1, t_1, d_2, t_2, each with three components.
 inline constexpr int element_dofs = 12;
 
-/// Everything an element knows about itself.
-struct ElementProperties {
-  double length = 0.0;             ///< l_ele, reference arc length [length]
-  double axial_stiffness = 0.0;    ///< EA [force]
-  double bending_stiffness = 0.0;  ///< EI [force length^2]
-  double mass_per_length = 0.0;    ///< rho_b A [mass/length]
+/// Everything an element knows about itself. T: double, or a batch of elements.
+template <class T>
+struct ElementPropertiesOf {
+  T length = 0.0;             ///< l_ele, reference arc length [length]
+  T axial_stiffness = 0.0;    ///< EA [force]
+  T bending_stiffness = 0.0;  ///< EI [force length^2]
+  T mass_per_length = 0.0;    ///< rho_b A [mass/length]
 };
+using ElementProperties = ElementPropertiesOf<double>;
 
 /// Physics of one Hermite element as pure functions: plain arrays in and out, no allocation.
 class ElementFormulation {

@@ -103,6 +103,34 @@ void predict(FiberEquations& equations, Index f) {
   step.go_to_start();
 }
 
+void predict_batches(FiberEquations& equations) {
+  std::vector<Index> fibers;
+  for (Index f = 0; f < equations.mesh.fibers(); ++f)
+    if (equations.batches->has(f)) fibers.push_back(f);
+  const auto largest_residuals = [&] {
+    for (const Index f : fibers) equations.update_rates(equations.fibers[f]);
+    equations.batches->evaluate(equations, false);
+    std::vector<double> largest(fibers.size());
+    for (std::size_t i = 0; i < fibers.size(); ++i) {
+      const Fiber& fiber = equations.fibers[fibers[i]];
+      EntrySizes sizes;
+      sizes.add(&equations.residual[fiber.first_dof()], static_cast<std::size_t>(fiber.dofs()), 0,
+                equations.shortest_element(fiber));
+      largest[i] = sizes.forces;
+    }
+    return largest;
+  };
+  const std::vector<double> standing = largest_residuals();
+  for (const Index f : fibers) {
+    const Fiber& fiber = equations.fibers[f];
+    for (std::size_t i = fiber.first_dof(); i < fiber.first_dof() + static_cast<std::size_t>(fiber.dofs()); ++i)
+      equations.dofs[i] += equations.level.dt * equations.velocity_n[i];
+  }
+  const std::vector<double> moving = largest_residuals();
+  for (std::size_t i = 0; i < fibers.size(); ++i)
+    if (!std::isless(moving[i], standing[i])) Step(equations, fibers[i], {}).go_to_start();
+}
+
 int solve_fiber(FiberEquations& equations, Index fiber, const std::vector<double>& force) {
   const Step step(equations, fiber, force);
   const int iterations = newton(step, equations.parameters, {}, 0.0);

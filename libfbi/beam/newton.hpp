@@ -10,6 +10,8 @@ namespace fbi::beam {
 /// Moving on is better for the slow motion, standing still for stiff modes (omega dt > 1) that the loads have set
 /// ringing; a term dt^2/2 a_n would multiply those by (omega dt)^2.
 void predict(FiberEquations& equations, Index fiber);
+/// The same for all fibers in batches.
+void predict_batches(FiberEquations& equations);
 
 /// Solves G_b(d_{n+1}) = force for one fiber from the current iterate; `force`, shape=(nodes,6) of all fibers or empty.
 ///

@@ -24,43 +24,53 @@ inline constexpr std::array<double, 3> collocation_point = {-1.0, 0.0, 1.0};
 inline constexpr double strain_gram[3][3] = {
     {4.0 / 15, 2.0 / 15, -1.0 / 15}, {2.0 / 15, 16.0 / 15, 2.0 / 15}, {-1.0 / 15, 2.0 / 15, 4.0 / 15}};
 
-inline double dot(const Vector& u, const Vector& v) { return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]; }
+template <class T>
+T dot(const std::array<T, 3>& u, const std::array<T, 3>& v) {
+  return u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+}
 
-inline Vector combine(const Weights& weights, const double* q) {
-  Vector sum{};
-  for (int i = 0; i < 4; ++i)
-    for (int k = 0; k < 3; ++k) sum[k] += weights[i] * q[3 * i + k];
+template <class T>
+std::array<T, 3> combine(const std::array<T, 4>& weights, const T* q) {
+  std::array<T, 3> sum;
+  for (int k = 0; k < 3; ++k)
+    sum[k] = weights[0] * q[k] + weights[1] * q[3 + k] + weights[2] * q[6 + k] + weights[3] * q[9 + k];
   return sum;
 }
 
 /// Weights of r' = dr/ds at x.
-inline Weights first_weights(double x, double length) {
+template <class T>
+std::array<T, 4> first_weights(double x, const T& length) {
   const Weights h = fem::hermite_first(x);
-  const double scale = 2.0 / length;
+  const T scale = 2.0 / length;
   return {scale * h[0], h[1], scale * h[2], h[3]};
 }
 
 /// Weights of r'' at x.
-inline Weights second_weights(double x, double length) {
+template <class T>
+std::array<T, 4> second_weights(double x, const T& length) {
   const Weights h = fem::hermite_second(x);
-  const double scale = 2.0 / length;
+  const T scale = 2.0 / length;
   return {scale * scale * h[0], scale * h[1], scale * scale * h[2], scale * h[3]};
 }
 
 /// Axial strain |r'| - 1 at the collocation points, the weights of r' and its unit vectors there.
-struct AxialStrain {
-  std::array<Weights, 3> weights;
-  std::array<Vector, 3> direction;
-  std::array<double, 3> stretch;
-  std::array<double, 3> strain;
+template <class T>
+struct AxialStrainOf {
+  std::array<std::array<T, 4>, 3> weights;
+  std::array<std::array<T, 3>, 3> direction;
+  std::array<T, 3> stretch;
+  std::array<T, 3> strain;
 };
+using AxialStrain = AxialStrainOf<double>;
 
-inline AxialStrain axial_strain(const ElementProperties& element, const double* q) {
-  AxialStrain s;
+template <class T>
+AxialStrainOf<T> axial_strain(const ElementPropertiesOf<T>& element, const T* q) {
+  using std::sqrt;
+  AxialStrainOf<T> s;
   for (int c = 0; c < 3; ++c) {
     s.weights[c] = first_weights(collocation_point[c], element.length);
-    const Vector t = combine(s.weights[c], q);
-    s.stretch[c] = std::sqrt(dot(t, t));
+    const std::array<T, 3> t = combine(s.weights[c], q);
+    s.stretch[c] = sqrt(dot(t, t));
     s.strain[c] = s.stretch[c] - 1.0;
     for (int k = 0; k < 3; ++k) s.direction[c][k] = t[k] / s.stretch[c];
   }
@@ -68,11 +78,12 @@ inline AxialStrain axial_strain(const ElementProperties& element, const double* 
 }
 
 /// n_c = EA int L_c eps_h ds, conjugate to the strain at collocation point c [force length].
-inline std::array<double, 3> axial_forces(const ElementProperties& element, const std::array<double, 3>& strain) {
-  std::array<double, 3> n{};
-  const double scale = element.axial_stiffness * 0.5 * element.length;
+template <class T>
+std::array<T, 3> axial_forces(const ElementPropertiesOf<T>& element, const std::array<T, 3>& strain) {
+  std::array<T, 3> n;
+  const T scale = element.axial_stiffness * 0.5 * element.length;
   for (int c = 0; c < 3; ++c)
-    for (int d = 0; d < 3; ++d) n[c] += scale * strain_gram[c][d] * strain[d];
+    n[c] = scale * (strain_gram[c][0] * strain[0] + strain_gram[c][1] * strain[1] + strain_gram[c][2] * strain[2]);
   return n;
 }
 

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+
+#include "coupling/block_inverses.hpp"
 
 namespace fbi::coupling {
 
@@ -20,6 +23,8 @@ void InterfaceOperator::reset(const Coupling& coupling) {
   first_row_.resize(fibers + 1);
   for (Index f = 0; f <= fibers; ++f) first_row_[f] = coupling.first_row_of(f);
   const Index rows = coupling.rows();
+  row_.resize(rows);
+  std::iota(row_.begin(), row_.end(), 0);
   active_.assign(rows, 0);
   law_.assign(9 * static_cast<std::size_t>(rows), 0.0);
   inverse_.assign(law_.size(), 0.0);
@@ -72,25 +77,18 @@ void InterfaceOperator::add_joined(Index group, double factor, const Block& comp
 
 void InterfaceOperator::add(Index fiber, double factor, const Block& compliance) {
   Block& block = blocks_[fiber];
-  std::vector<Index> rows;
-  for (Index p = first_row_[fiber]; p < first_row_[fiber + 1]; ++p) rows.push_back(p);
-  const Index count = static_cast<Index>(rows.size());
+  const Index* rows = row_.data() + first_row_[fiber];
+  const Index count = first_row_[fiber + 1] - first_row_[fiber];
   if (block.size() == 0) {
     block = Block::Zero(3 * count, 3 * count);
-    add_law(rows.data(), count, block);
+    add_law(rows, count, block);
   }
   block += factor * compliance;
-  switch_off(rows.data(), count, block);
+  switch_off(rows, count, block);
 }
 
 bool InterfaceOperator::factorize() {
-  for (std::size_t f = 0; f < blocks_.size(); ++f) {
-    if (blocks_[f].size() == 0) continue;
-    if (!blocks_[f].allFinite()) return false;
-    const Eigen::PartialPivLU<Block> factor(blocks_[f]);
-    if (!(factor.matrixLU().diagonal().cwiseAbs().minCoeff() > 0.0)) return false;
-    inverses_[f] = factor.inverse();
-  }
+  if (!invert(blocks_, inverses_)) return false;
   for (Group& group : groups_) {
     if (group.block.size() == 0) continue;
     if (!group.block.allFinite()) return false;

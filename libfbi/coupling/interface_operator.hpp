@@ -62,6 +62,7 @@ class InterfaceOperator {
   void switch_off(const Index* rows, Index count, Block& block) const;
 
   std::vector<Index> first_row_;
+  std::vector<Index> row_;             ///< 0, 1, ...: rows of one fiber are a part of it
   std::vector<double> law_, inverse_;  ///< shape=(rows,3,3)
   std::vector<char> active_;
   std::vector<Block> blocks_;

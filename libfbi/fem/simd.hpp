@@ -2,10 +2,19 @@
 /// interleaved nodal arrays.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstring>
 
 #include "base/types.hpp"
+
+// In a portable build a kernel is compiled for AVX-512, for AVX2 and for any x86-64; which one runs is decided when the
+// program starts. Everything that it calls is inlined into it: nothing else may need the wider instructions.
+#if defined(FBI_PORTABLE) && defined(__x86_64__)
+#define FBI_KERNEL [[gnu::flatten, gnu::target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")]]
+#else
+#define FBI_KERNEL
+#endif
 
 namespace fbi::fem {
 
@@ -44,6 +53,24 @@ struct alignas(64) BatchOf {
   friend BatchOf operator*(const BatchOf& a, const BatchOf& b) { return BatchOf(a.v * b.v); }
   friend BatchOf operator/(const BatchOf& a, const BatchOf& b) { return BatchOf(a.v / b.v); }
   friend BatchOf operator-(const BatchOf& a) { return BatchOf(-a.v); }
+  /// a > b ? x : y. Numbers that are none raise no floating-point exception.
+  friend BatchOf select_greater(const BatchOf& a, const BatchOf& b, const BatchOf& x, const BatchOf& y) {
+    BatchOf out;
+    for (int lane = 0; lane < lanes; ++lane) out.v[lane] = std::isgreater(a.v[lane], b.v[lane]) ? x.v[lane] : y.v[lane];
+    return out;
+  }
+  friend BatchOf abs(const BatchOf& a) {
+    BatchOf out;
+    for (int lane = 0; lane < lanes; ++lane) out.v[lane] = std::abs(a.v[lane]);
+    return out;
+  }
+  /// The larger one, `a` where `b` is not a number.
+  friend BatchOf max(const BatchOf& a, const BatchOf& b) { return select_greater(b, a, b, a); }
+  friend BatchOf sqrt(const BatchOf& a) {
+    BatchOf root;
+    for (int lane = 0; lane < lanes; ++lane) root.v[lane] = std::sqrt(a.v[lane]);
+    return root;
+  }
 };
 
 /// A number for each of the eight cells of a batch in double precision.

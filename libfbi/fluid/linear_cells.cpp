@@ -50,14 +50,6 @@ inline void pressure_loop(const LinearCells& cells, const std::vector<typename G
   }
 }
 
-// In a portable build each of these is compiled for AVX-512, for AVX2 and for any x86-64; which one runs is decided
-// when the program starts. Everything that they call is inlined into them: nothing else may need the wider
-// instructions.
-#if defined(FBI_PORTABLE) && defined(__x86_64__)
-#define FBI_KERNEL [[gnu::flatten, gnu::target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")]]
-#else
-#define FBI_KERNEL
-#endif
 #define FBI_LINEAR_KERNELS(name, convection, viscous)                                                            \
   FBI_KERNEL void velocity_on_box_##name(const LinearCells& cells, const float* x, float* y) {                   \
     velocity_loop<BoxGeometryOf<Single>, Equations{convection, viscous, false}>(cells, cells.box, x, y);         \

@@ -17,27 +17,16 @@ std::vector<double> free_velocity(System& system) {
   beam::BeamField& beams = system.beams();
   std::vector<double> velocity = beams.velocity();
   const double c = beams.velocity_per_displacement(), w = system.weight();
-  std::vector<double> increment;
-  for (Index f = 0; f < fibers.fibers(); ++f) {
-    if (beams.is_fixed(f) || fibers.is_joined(f)) continue;
-    const std::size_t begin = 6 * static_cast<std::size_t>(fibers.first_node[f]);
-    const std::size_t end = 6 * static_cast<std::size_t>(fibers.first_node[f + 1]);
-    increment.resize(end - begin);
-    for (std::size_t k = begin; k < end; ++k)
-      increment[k - begin] = (1.0 - w) * system.force_old()[k] - beams.residual()[k];
-    beams.solve(f, increment.data());
-    for (std::size_t k = begin; k < end; ++k) velocity[k] += c * increment[k - begin];
-  }
-  if (fibers.joined.empty()) return velocity;
-  increment.resize(velocity.size());
+  std::vector<double> increment(velocity.size());
   for (std::size_t k = 0; k < increment.size(); ++k)
     increment[k] = (1.0 - w) * system.force_old()[k] - beams.residual()[k];
   beams.solve(increment);
-  for (const std::vector<Index>& group : fibers.joined)
-    for (const Index f : group)
-      for (std::size_t k = 6 * static_cast<std::size_t>(fibers.first_node[f]);
-           k < 6 * static_cast<std::size_t>(fibers.first_node[f + 1]); ++k)
-        velocity[k] += c * increment[k];
+  for (Index f = 0; f < fibers.fibers(); ++f) {
+    if (beams.is_fixed(f)) continue;
+    const std::size_t end = 6 * static_cast<std::size_t>(fibers.first_node[f + 1]);
+    for (std::size_t k = 6 * static_cast<std::size_t>(fibers.first_node[f]); k < end; ++k)
+      velocity[k] += c * increment[k];
+  }
   return velocity;
 }
 
@@ -50,13 +39,14 @@ void add_compliance(const System& system, coupling::InterfaceOperator& s) {
   const double factor = beams.velocity_per_displacement() * system.weight();
   if (factor == 0.0) return;
   count("condensations");
-  beam::RowMatrix compliance;
+  std::vector<const double*> all_d;
+  std::vector<Index> all_rows;
   for (Index f = 0; f < fibers.fibers(); ++f) {
-    if (beams.is_fixed(f) || fibers.is_joined(f)) continue;
-    const Index rows = coupling.first_row_of(f + 1) - coupling.first_row_of(f);
-    beams.compliance(f, coupling.d_block(f).data(), rows, compliance);
-    s.add(f, factor, compliance);
+    all_d.push_back(coupling.d_block(f).data());
+    all_rows.push_back(coupling.first_row_of(f + 1) - coupling.first_row_of(f));
   }
+  beams.compliances(all_d, all_rows, [&](Index f, const beam::RowMatrix& block) { s.add(f, factor, block); });
+  beam::RowMatrix compliance;
   for (std::size_t g = 0; g < fibers.joined.size(); ++g) {
     std::vector<const double*> d;
     std::vector<Index> rows;
@@ -118,8 +108,14 @@ std::vector<double> move_fibers(System& system, const std::vector<double>& force
 }
 
 void linearize_fibers(System& system) {
+  if (system.beams().is_linearized()) return;
   Timed timed("fiber tangents");
   system.beams().linearize();
+}
+
+void evaluate_fibers(System& system) {
+  Timed timed("fiber residual");
+  system.beams().evaluate();
 }
 
 namespace {
@@ -163,7 +159,7 @@ void take_back(System& system, const std::vector<double>& before, double small, 
   }
   if (!any) return;
   system.beams().increment(back);
-  linearize_fibers(system);
+  evaluate_fibers(system);
 }
 
 }  // namespace
@@ -175,10 +171,11 @@ bool correct_fibers(System& system, int most, double enough, std::vector<double>
     count("fiber corrections");
     const std::vector<double> before = squared_residuals(system, system.fiber_force(lambda));
     const std::vector<double> old_lambda = lambda;
+    linearize_fibers(system);
     if (!condense(system, g)) return false;
     multipliers(system, g, lambda);
     const std::vector<double> delta = move_fibers(system, system.fiber_force(lambda));
-    linearize_fibers(system);
+    evaluate_fibers(system);
     take_back(system, before, small, old_lambda, delta, lambda);
     const double last = norm;
     norm = fiber_residual(system, system.fiber_force(lambda));

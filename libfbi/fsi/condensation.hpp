@@ -31,12 +31,14 @@ double fiber_round_off(const System& system);
 /// linearisation at the current iterate.
 std::vector<double> move_fibers(System& system, const std::vector<double>& force);
 
-/// Residuals, tangents and factors of the fibers at the current iterate.
+/// Residuals, tangents and factors of the fibers at the iterate, unless they are there.
 void linearize_fibers(System& system);
+/// The residuals alone: tangents follow where the step goes on.
+void evaluate_fibers(System& system);
 
 /// Newton iterations of the fibers and multipliers in the present flow: what is nonlinear about fibers is settled where
 /// it costs little, before the flow is solved again. A fiber whose residual would grow stays where it was. Leaves the
-/// linearisation at the last positions, but S and g of those before. False on all ranks if S is singular. Collective.
+/// residual of the last positions, but tangents, S and g of those before. False on all ranks if S is singular. Collective.
 /// @param most    number of iterations
 /// @param enough  fiber_residual to reach [force]
 /// @param lambda  multipliers, shape=(rows,3) [force/length]

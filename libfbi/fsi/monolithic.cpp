@@ -27,8 +27,8 @@ double linear_tolerance(const SolverParameters& parameters, double residual, dou
   return std::clamp(enough, parameters.krylov_tolerance, std::max(parameters.krylov_tolerance, 0.3));
 }
 
-/// What the residual of the fluid is compared with: the first of the step, but where the tolerance is loose and the step
-/// starts far from its end, as after a sudden start, no more than a part of the forces that change the momentum.
+/// What the residual of the fluid is compared with: the first of the step, but where the tolerance is loose and the
+/// step starts far from its end, as after a sudden start, no more than a part of the forces that change the momentum.
 /// @param momentum  System::fluid_scale()
 double fluid_reference_of(const SolverParameters& parameters, double first, double momentum) {
   constexpr double loose = 1e-3, part = 0.05;
@@ -91,12 +91,13 @@ StepReport solve_monolithic(System& system) {
   const bool iterated = coupled && system.scheme().geometry_update == GeometryUpdate::iterated && moving;
 
   for (int iteration = 0;; ++iteration) {
-    if (moving) linearize_fibers(system);
     const bool last = linearized && iteration == 1;  // the one linear solve was about the positions of the predictor
-    if (iterated && !last && system.update_geometry(system.beams().dofs())) geometry_changed = true;
     // What the fibers do to S and g is needed for another linear solve only, unless the constraint is looked at.
-    const bool early = iteration == 0 || iterated;
-    if (coupled && !last && early) {
+    const bool early = !last && (iteration == 0 || iterated);
+    if (moving && early) linearize_fibers(system);
+    if (moving && !early) evaluate_fibers(system);
+    if (iterated && !last && system.update_geometry(system.beams().dofs())) geometry_changed = true;
+    if (coupled && early) {
       if (!condense(system, g)) break;
       // Bases whose rows follow the segments have other rows in other positions.
       if (iteration == 0 || (iterated && !system.coupling().has_fixed_rows())) multipliers(system, g, lambda);
@@ -115,6 +116,7 @@ StepReport solve_monolithic(System& system) {
         // One suffices to begin with: what is left is as small as what the flow will change.
         if (!correct_fibers(system, iteration == 0 ? 1 : most_corrections, enough, g, lambda, fiber_norm)) break;
         // The linear solve that follows is about these positions.
+        if (iteration == 0) linearize_fibers(system);
         if (iteration == 0 && !condense(system, g)) break;
         if (iteration == 0) multipliers(system, g, lambda);
         force = system.fiber_force(lambda);
@@ -141,7 +143,9 @@ StepReport solve_monolithic(System& system) {
       report.residual = fluid_norm + fiber_norm;
       break;
     }
-    if (iteration > 0 && report.residual > hopeless) break;
+    if (iteration > 0 && (fluid_norm > hopeless * std::max(fluid_reference, momentum) ||
+                          fiber_norm > hopeless * fiber_reference))
+      break;
     const bool fluid_done = fluid_norm <= fluid_floor || (iteration > 0 && norms.fluid <= parameters.newton_tolerance);
     const bool fiber_done = fiber_norm <= fiber_floor || (iteration > 0 && norms.fiber <= fiber_tolerance);
     const bool constraint_done = iteration > 0 || !iterated;
@@ -155,6 +159,7 @@ StepReport solve_monolithic(System& system) {
     }
     if (iteration == parameters.newton_iterations) break;
 
+    if (moving) linearize_fibers(system);
     if (coupled && !early && !condense(system, g)) break;
     // Newton step of the condensed system: its residual has lambda = S^-1 (M u - g) at this linearisation.
     if (coupled && iteration > 0) {

@@ -35,6 +35,21 @@ void linearize(benchmark::State& state) {
 }
 BENCHMARK(linearize)->Apply([](auto* b) { perf::fixed(b, 50); });
 
+void evaluate(benchmark::State& state) {
+  const Canopy canopy;
+  beam::BeamField field(canopy.mesh, canopy.groups, {}, {0.5, 0, 0});
+  field.initialize({});
+  field.begin_step(2e-4, 2e-4);
+  const std::vector<double> nothing(6 * static_cast<std::size_t>(canopy.mesh.nodes()), 0.0);
+  perf::measure(state, Comm(MPI_COMM_WORLD),
+                [&] {
+                  field.increment(nothing);
+                  field.evaluate();
+                },
+                {});
+}
+BENCHMARK(evaluate)->Apply([](auto* b) { perf::fixed(b, 50); });
+
 void compliance(benchmark::State& state) {
   const Canopy canopy;
   beam::BeamField field(canopy.mesh, canopy.groups, {}, {0.5, 0, 0});
@@ -47,18 +62,18 @@ void compliance(benchmark::State& state) {
   for (Index r = 0; r < rows; ++r)
     for (Index c = 0; c < columns; ++c)
       if (std::abs(r - c / 2) <= 1) d[r * columns + c] = c % 2 == 0 ? 0.03 : 0.001;
-  beam::RowMatrix block;
-  // D K^-1 D^T: of each row and direction one solve with the band factors (11 below, 22 above with room for pivoting)
-  // and a product with D, which couples equal directions only.
+  const std::vector<const double*> all_d(canopy.mesh.fibers(), d.data());
+  const std::vector<Index> all_rows(canopy.mesh.fibers(), rows);
+  // D K^-1 D^T, counted as of each row and direction one solve with band factors (11 below, 22 above with room for
+  // pivoting) and a product with D, which couples equal directions only; symmetric factors need less.
   const double unknowns = 3.0 * columns, right_sides = 3.0 * rows;
   const double flops = right_sides * (2 * unknowns * (11 + 22) + right_sides * 2 * columns);
   const double bytes = 8.0 * (unknowns * (11 + 22 + 1) + right_sides * (2 * unknowns + right_sides));
   perf::measure(state, Comm(MPI_COMM_WORLD),
                 [&] {
-                  for (Index f = 0; f < canopy.mesh.fibers(); ++f) {
-                    field.compliance(f, d.data(), rows, block);
+                  field.compliances(all_d, all_rows, [](Index /*fiber*/, const beam::RowMatrix& block) {
                     benchmark::DoNotOptimize(block.data());
-                  }
+                  });
                 },
                 {bytes * canopy.mesh.fibers(), flops * canopy.mesh.fibers()});
 }
