@@ -101,7 +101,7 @@ TEST(Nonlinear, one_linear_solve_is_enough_after_a_sudden_start) {
   for (const bool fiber : {false, true}) {
     Json loose = sudden_start(fiber), tight = sudden_start(fiber);
     for (Json* json : {&loose, &tight}) (*json)["solver"]["nonlinear"] = "linearized";
-    tighten(tight, 1e-8, 1e-8);
+    tight["solver"]["newton_tolerance"] = tight["solver"]["krylov_tolerance"] = 1e-8;
     CoupledCase run(loose), other(tight);
     for (int k = 0; k < 10 && !::testing::Test::HasFailure(); ++k) {
       EXPECT_EQ(run.step().newton, 1);
