@@ -27,12 +27,14 @@ double linear_tolerance(const SolverParameters& parameters, double residual, dou
   return std::clamp(enough, parameters.krylov_tolerance, std::max(parameters.krylov_tolerance, 0.3));
 }
 
-/// What the residual of the fluid is compared with: the first of the step, but where the tolerance is loose and the
-/// step starts far from its end, as after a sudden start, no more than a part of the forces that change the momentum.
-/// @param momentum  System::fluid_scale()
+/// What the residual of the fluid is compared with: the first of the step, but where the tolerance is loose and the step
+/// starts far from its end, as after a sudden start, no more than a part of the forces that change the momentum. Where
+/// next to nothing flows those say nothing: a residual of `tight` times the first one is always enough.
+/// @param momentum  of System::fluid_scale()
 double fluid_reference_of(const SolverParameters& parameters, double first, double momentum) {
-  constexpr double loose = 1e-3, part = 0.05;
-  return parameters.newton_tolerance > loose && momentum > 0.0 ? std::min(first, part * momentum) : first;
+  constexpr double loose = 1e-3, part = 0.05, tight = 1e-6;
+  if (parameters.newton_tolerance <= loose || !(momentum > 0.0)) return first;
+  return std::min(first, std::max(part * momentum, tight / parameters.newton_tolerance * first));
 }
 
 /// The equations of the fluid are linear in every step: one solve, as exact as the nonlinear tolerance asks for.
@@ -41,7 +43,10 @@ bool is_linearized(const System& system) {
 }
 double tolerance_of(const System& system, double residual, double reference) {
   const SolverParameters& parameters = system.solver_parameters();
-  if (is_linearized(system)) return 0.5 * std::min(parameters.newton_tolerance, parameters.krylov_tolerance);
+  if (is_linearized(system)) {
+    const double tolerance = 0.5 * std::min(parameters.newton_tolerance, parameters.krylov_tolerance);
+    return residual > reference ? tolerance * reference / residual : tolerance;
+  }
   return linear_tolerance(parameters, residual, reference);
 }
 
@@ -125,12 +130,13 @@ StepReport solve_monolithic(System& system) {
     system.fluid_residual(lambda, residual);
     const double fluid_norm = system.fluid_norm(residual);
     if (iteration == 0) first_fluid_norm = fluid_norm;
-    const double scale = system.fluid_scale();
-    momentum = std::max(momentum, scale);
-    fluid_reference = fluid_reference_of(parameters, first_fluid_norm, momentum);
+    const FluidScale scale = system.fluid_scale();
+    momentum = std::max(momentum, scale.momentum);
+    // The one linear solve of linearized equations is as exact as what it started from asks for.
+    if (!last) fluid_reference = fluid_reference_of(parameters, first_fluid_norm, momentum);
     // A fiber at rest starts with a residual that says nothing: the force on it is the scale then.
     if (moving) fiber_reference = std::max(fiber_reference, interface_norm(system.comm(), force));
-    const double fluid_floor = parameters.newton_absolute_tolerance * scale;
+    const double fluid_floor = parameters.newton_absolute_tolerance * scale.forces;
     norms.fluid = fluid_reference > 0.0 ? fluid_norm / fluid_reference : 0.0;
     norms.fiber = fiber_reference > 0.0 ? fiber_norm / fiber_reference : 0.0;
     if (iterated) norms.constraint = constraint_residual(system, lambda);
@@ -143,7 +149,7 @@ StepReport solve_monolithic(System& system) {
       report.residual = fluid_norm + fiber_norm;
       break;
     }
-    if (iteration > 0 && (fluid_norm > hopeless * std::max(fluid_reference, momentum) ||
+    if (iteration > 0 && (fluid_norm > hopeless * std::max(first_fluid_norm, scale.forces) ||
                           fiber_norm > hopeless * fiber_reference))
       break;
     const bool fluid_done = fluid_norm <= fluid_floor || (iteration > 0 && norms.fluid <= parameters.newton_tolerance);
@@ -203,7 +209,7 @@ bool solve_fluid(System& system, const std::vector<double>* g, std::vector<doubl
     const double value = system.fluid_norm(residual);
     if (!std::isfinite(value)) return false;
     reference = std::max(reference, value);
-    if (value <= parameters.newton_absolute_tolerance * system.fluid_scale()) return true;
+    if (value <= parameters.newton_absolute_tolerance * system.fluid_scale().forces) return true;
     double limit = tolerance.relative * reference;
     if (tolerance.force_share > 0.0)
       limit = std::min(limit, tolerance.force_share * interface_norm(system.comm(), force_of(system, lambda)));
@@ -216,7 +222,8 @@ bool solve_fluid(System& system, const std::vector<double>* g, std::vector<doubl
     if (!system.solver().prepare(fresh, fresh)) return false;
     geometry_changed = false;
     FBI_PETSC(VecScale(residual, -1.0));
-    const double linear = tolerance_of(system, value, limit / parameters.newton_tolerance);
+    const double wanted = is_linearized(system) ? value : limit / parameters.newton_tolerance;
+    const double linear = tolerance_of(system, value, wanted);
     linalg::KrylovResult result = system.solver().solve(residual, increment, linear);
     if (!fresh && !result.converged) {
       report.krylov += result.iterations;

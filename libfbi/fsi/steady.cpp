@@ -44,7 +44,7 @@ class SteadyProblem {
     const double reference = reference_ > 0.0 ? reference_ : norm;
     report.residual = reference > 0.0 ? norm / reference : 0.0;
     report.history.push_back({report.residual, 0.0, 0.0});
-    if (norm <= parameters_.newton_absolute_tolerance * system_.fluid_scale()) report.residual = 0.0;
+    if (norm <= parameters_.newton_absolute_tolerance * system_.fluid_scale().forces) report.residual = 0.0;
     report.converged =
         report.residual == 0.0 || (report.history.size() > 1 && report.residual <= parameters_.newton_tolerance);
     return norm;

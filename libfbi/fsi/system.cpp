@@ -249,20 +249,23 @@ double System::fluid_norm(Vec r) const {
   return std::sqrt(comm_.sum(sum));
 }
 
-double System::fluid_scale() const {
+FluidScale System::fluid_scale() const {
   const double sigma = fluid_->is_steady() ? 0.0 : fluid_->sigma();
   const fluid::FluidParameters& parameters = fluid_->parameters();
   const std::vector<double>& volume = fluid_->lumped_volume();
   const double* values = nullptr;
   FBI_PETSC(VecGetArrayRead(fluid_->iterate(), &values));
-  double sum = 0.0;
+  double sums[2] = {};
   for (Index a = 0; a < fluid_->mesh().owned_nodes; ++a) {
     const double* row = values + 4 * static_cast<std::size_t>(a);
-    const double factor = parameters.viscosity * std::cbrt(volume[a]) + parameters.density * sigma * volume[a];
-    sum += factor * factor * (row[0] * row[0] + row[1] * row[1] + row[2] * row[2]);
+    const double h = std::cbrt(volume[a]);
+    const double factor = parameters.viscosity * h + parameters.density * sigma * volume[a];
+    sums[0] += factor * factor * (row[0] * row[0] + row[1] * row[1] + row[2] * row[2]);
+    sums[1] += h * h * h * h * row[3] * row[3];
   }
   FBI_PETSC(VecRestoreArrayRead(fluid_->iterate(), &values));
-  return std::sqrt(comm_.sum(sum));
+  comm_.sum(sums, 2);
+  return {.momentum = std::sqrt(sums[0]), .forces = std::sqrt(sums[0] + sums[1])};
 }
 
 }  // namespace fbi::fsi

@@ -40,6 +40,12 @@ struct StepReport {
 };
 
 /// Fluid, fibers and what joins them; any of them may be missing. Owns everything that belongs to the interface.
+/// Norms of the forces in a flow.
+struct FluidScale {
+  double momentum = 0.0;  ///< (rho sigma V + mu h) |v|, sigma = 0 when steady
+  double forces = 0.0;    ///< that and h^2 |p|, which holds body forces where nothing flows: of this order is round-off
+};
+
 class System {
  public:
   /// `fluid` may be null (fibers alone), `beams` may be null (fluid alone). `density` weight etc. come from the
@@ -93,9 +99,8 @@ class System {
   void fluid_residual(const std::vector<double>& lambda, Vec r) const;
   /// 2-norm of a fluid residual, continuity rows scaled. Collective.
   double fluid_norm(Vec r) const;
-  /// A norm that residuals of the fluid are measured against: (rho sigma V + mu h) |v| (sigma = 0 when steady).
-  /// Collective.
-  double fluid_scale() const;
+  /// What residuals of the fluid are measured against. Collective.
+  FluidScale fluid_scale() const;
 
   fluid::FluidField& fluid() const { return *fluid_; }
   beam::BeamField& beams() const { return *beams_; }

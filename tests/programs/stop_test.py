@@ -139,8 +139,9 @@ class Killed(ProgramTest):
         self.expect_code(0, self.run_program("fbi-post", "tip", "reed.run.h5", "--no-plot", "--quiet"))
         self.assertGreaterEqual(len(self.checkpoints()), 1)
         self.assertIn("</Xdmf>", (self.folder / "reed.run.xdmf").read_text())
-        lines = (self.folder / "reed.run.csv").read_text().split("\n")[3:-1]
-        whole = (reference / "reed.run.csv").read_text().split("\n")[3:-1]
+        # Rows only: a run killed between its last line and its end has the counts of its own work there already.
+        lines, whole = ([line for line in (folder / "reed.run.csv").read_text().split("\n")[:-1] if line[0] != "#"]
+                        for folder in (self.folder, reference))
         for line, expected in zip(lines, whole):
             self.assertEqual(line.split(",")[:10], expected.split(",")[:10])
 
