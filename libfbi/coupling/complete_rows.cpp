@@ -1,6 +1,7 @@
 #include "coupling/complete_rows.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "mesh/exchange.hpp"
 
@@ -13,6 +14,7 @@ struct Entry {
   GlobalIndex node;  // solver number
   double value;
   double weight[3];
+  double sum;  // of the column over the rows of all ranks
 };
 
 /// A number 0, 1, ... for the node of each entry, ascending with the solver number.
@@ -44,7 +46,7 @@ std::vector<Index> numbered_nodes(const std::vector<Entry>& entries) {
 }  // namespace
 
 linalg::MultiplierRows complete_rows(const mesh::HexMesh& fluid, const Coupling& coupling,
-                                     const std::vector<double>& weight) {
+                                     const std::vector<double>& weight, const std::vector<double>& sums) {
   const Comm& comm = fluid.comm;
   const LocalM& m = coupling.local_m();
   // First row of every rank: one number a rank.
@@ -64,7 +66,8 @@ linalg::MultiplierRows complete_rows(const mesh::HexMesh& fluid, const Coupling&
       entries.push_back({m.row[i],
                          fluid.node_number[node],
                          m.value[k],
-                         {weight[3 * node], weight[3 * node + 1], weight[3 * node + 2]}});
+                         {weight[3 * node], weight[3 * node + 1], weight[3 * node + 2]},
+                         sums.empty() ? 0.0 : sums[node]});
       owner.push_back(rank);
     }
   }
@@ -84,6 +87,7 @@ linalg::MultiplierRows complete_rows(const mesh::HexMesh& fluid, const Coupling&
   rows.begin.assign(static_cast<std::size_t>(coupling.rows()) + 1, 0);
   rows.weight.assign(3 * static_cast<std::size_t>(count > 0 ? *std::max_element(column.begin(), column.end()) + 1 : 0),
                      0.0);
+  if (!sums.empty()) rows.others.assign(rows.weight.size() / 3, 0.0);
   for (Index p = 0; p < coupling.rows(); ++p) {
     std::stable_sort(order.begin() + begin[p], order.begin() + begin[p + 1],
                      [&](Index a, Index b) { return column[a] < column[b]; });
@@ -97,8 +101,16 @@ linalg::MultiplierRows complete_rows(const mesh::HexMesh& fluid, const Coupling&
       rows.column.push_back(node);
       rows.value.push_back(entry.value);
       for (int i = 0; i < 3; ++i) rows.weight[3 * static_cast<std::size_t>(node) + i] = entry.weight[i];
+      if (!sums.empty()) rows.others[node] = entry.sum;
     }
     rows.begin[p + 1] = static_cast<Index>(rows.column.size());
+  }
+  // What is left of the sums without the rows of this rank; round-off of columns that are its own alone is none.
+  if (!sums.empty()) {
+    const std::vector<double> all = rows.others;
+    for (std::size_t k = 0; k < rows.column.size(); ++k) rows.others[rows.column[k]] -= rows.value[k];
+    for (std::size_t c = 0; c < all.size(); ++c)
+      if (std::abs(rows.others[c]) < 1e-12 * std::abs(all[c])) rows.others[c] = 0.0;
   }
   return rows;
 }

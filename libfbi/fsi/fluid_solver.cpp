@@ -325,10 +325,33 @@ bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed) 
   return renew_factor();
 }
 
+/// M^T 1 of all ranks, shape=(local nodes); empty on one rank. Collective.
+std::vector<double> FluidSolver::sums_of_columns() const {
+  std::vector<double> sums;
+  if (comm_.size() == 1) return sums;
+  const std::vector<double> ones(3 * static_cast<std::size_t>(coupling_->rows()), 1.0);
+  {
+    GhostedForm form(ghosted_);
+    FBI_PETSC(VecSet(form.get(), 0.0));
+    Write values(form.get());
+    coupling_->spread(ones.data(), 4, values.get(), 1.0);
+  }
+  FBI_PETSC(VecGhostUpdateBegin(ghosted_, ADD_VALUES, SCATTER_REVERSE));
+  FBI_PETSC(VecGhostUpdateEnd(ghosted_, ADD_VALUES, SCATTER_REVERSE));
+  FBI_PETSC(VecGhostUpdateBegin(ghosted_, INSERT_VALUES, SCATTER_FORWARD));
+  FBI_PETSC(VecGhostUpdateEnd(ghosted_, INSERT_VALUES, SCATTER_FORWARD));
+  GhostedForm form(ghosted_);
+  Read values(form.get());
+  sums.resize(fluid_.mesh().local_nodes());
+  for (std::size_t a = 0; a < sums.size(); ++a) sums[a] = values.get()[4 * a];
+  return sums;
+}
+
 bool FluidSolver::renew_factor() {
   Timed timed("multiplier factor");
   count("multiplier factorizations");
-  const linalg::MultiplierRows rows = coupling::complete_rows(fluid_.mesh(), *coupling_, weight_->values());
+  const linalg::MultiplierRows rows =
+      coupling::complete_rows(fluid_.mesh(), *coupling_, weight_->values(), sums_of_columns());
   std::vector<linalg::InterfaceBlock> blocks;
   for (Index f = 0; f < interface_->fibers(); ++f) {
     if (interface_->is_joined(f)) continue;

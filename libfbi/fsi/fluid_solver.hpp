@@ -77,6 +77,7 @@ class FluidSolver {
   void renew_projected_pressure();
   std::array<std::array<double, 2>, 3> robin_ends(double coefficient) const;
   bool renew_velocity(bool geometry_changed, bool interface_changed);
+  std::vector<double> sums_of_columns() const;
   bool renew_factor();
   linalg::KrylovResult iterate(Vec x, double tolerance, int maximum);
   void remove_mean_pressure(Vec x) const;

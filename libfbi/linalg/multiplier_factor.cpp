@@ -68,6 +68,14 @@ Sparse assemble(const MultiplierRows& m, const std::vector<InterfaceBlock>& s) {
         for (int i = 0; i < 3; ++i) entry[4 * i] += product * w[i];
       }
     }
+    if (!m.others.empty()) {
+      std::array<double, 9>& entry = block_of(p);
+      for (Index k = m.begin[p]; k < m.begin[p + 1]; ++k) {
+        const std::size_t c = m.column[k];
+        const double product = std::max(0.0, m.value[k] * m.others[c]);
+        for (int i = 0; i < 3; ++i) entry[4 * i] += product * m.weight[3 * c + i];
+      }
+    }
     if (const InterfaceBlock* block = place[p].block; block != nullptr) {
       const Index at = place[p].at;
       if (block->dense == nullptr) {

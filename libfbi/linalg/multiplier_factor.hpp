@@ -16,6 +16,8 @@ struct MultiplierRows {
   std::vector<Index> column;
   std::vector<double> value;
   std::vector<double> weight;  ///< W of every column and direction, shape=(columns,3); zero where the velocity is given
+  /// Sum of the entries in a column that belong to rows of other ranks, shape=(columns); empty: there are none.
+  std::vector<double> others;
   Index rows() const { return static_cast<Index>(begin.size()) - 1; }
   Index columns() const { return static_cast<Index>(weight.size() / 3); }
 };
@@ -33,7 +35,8 @@ struct InterfaceBlock {
 /// Sparse factors of T = S + M W M^T restricted to this rank's rows: (W^-1 + M^T S^-1 M)^-1 = W - W M^T T^-1 M W.
 ///
 /// T is symmetrised and factorised by CHOLMOD; a T that is not positive definite is factorised by UMFPACK as it is.
-/// Coupling between rows of different ranks is dropped, which changes iteration counts and not answers.
+/// Coupling between rows of different ranks is added to the diagonal: forces of one direction, which several rows share,
+/// are then neither counted once for each rank nor lost. It changes iteration counts and not answers.
 class MultiplierFactor {
  public:
   MultiplierFactor();
