@@ -199,8 +199,9 @@ FBI_KERNEL void evaluate_batch(FiberBatch& batch, const Level& level, Work& work
   work.coordinate = coordinate;
 }
 
-// K_b = L diag(d) L^T in place: rows of L^T right of the diagonal, 1/d on it, zero for pivots d that are not positive.
-// `ok`: lanes without such.
+// L diag(|d|) L^T of K_b = L diag(d) L^T in place: rows of L^T right of the diagonal, 1/|d| on it, zero for pivots d next
+// to zero. `ok`: lanes without such. Of a fiber that is compressed beyond buckling some d are negative: with K_b itself
+// Newton's method goes for the unstable solution of the step, with |d| for the one that the fiber falls into.
 FBI_KERNEL void factorize_batch(FiberBatch& batch, bool* ok) {
   Lanes refused = 0.0;            // number of pivots
   Lanes diagonal[2 * node_dofs];  // of K_b, of this node and of the next one
@@ -216,16 +217,17 @@ FBI_KERNEL void factorize_batch(FiberBatch& batch, bool* ok) {
     for (int k = 0; k < node_dofs; ++k) {
       Lanes* pivot_row = rows + row_size * k;
       const Lanes least = least_pivot * abs(diagonal[k]);
-      Lanes inverse = 1.0 / select_greater(pivot_row[k], least, pivot_row[k], 1.0);
-      inverse = select_greater(pivot_row[k], least, inverse, 0.0);
-      refused += select_greater(inverse, 0.0, 0.0, 1.0);
+      const Lanes size = abs(pivot_row[k]);
+      Lanes inverse = 1.0 / select_greater(size, least, pivot_row[k], 1.0);
+      inverse = select_greater(size, least, inverse, 0.0);
+      refused += select_greater(abs(inverse), 0.0, 0.0, 1.0);
       for (int i = k + 1; i < width; ++i) {
         const Lanes factor = pivot_row[i] * inverse;
         Lanes* row = i < node_dofs ? rows + row_size * i : rows + row_size * i - node_dofs;
         for (int j = i; j < width; ++j) row[j] -= factor * pivot_row[j];
       }
       for (int i = k + 1; i < width; ++i) pivot_row[i] *= inverse;
-      pivot_row[k] = inverse;
+      pivot_row[k] = abs(inverse);
     }
   }
   for (int lane = 0; lane < batch_size; ++lane) ok[lane] = refused[lane] == 0.0;

@@ -114,5 +114,36 @@ TEST(MultiplierFactor, works_on_a_rank_without_rows) {
   factor.solve(nullptr);
 }
 
+/// Two equal rows on two ranks: with the sums of the other one each factor alone gives what both together give to forces
+/// that they share.
+TEST(MultiplierFactor, RowsOfOtherRanksCountOnTheDiagonal) {
+  MultiplierRows both;
+  both.begin = {0, 3, 6};
+  both.column = {0, 1, 2, 0, 1, 2};
+  both.value = {0.2, 0.5, 0.3, 0.2, 0.5, 0.3};
+  both.weight = {1, 2, 3, 4, 5, 6, 7, 8, 9};
+  MultiplierRows own = both;
+  own.begin = {0, 3};
+  own.column.resize(3);
+  own.value.resize(3);
+  own.others = {0.2, 0.5, 0.3};
+  std::vector<double> law(18, 0.0);
+  for (int k = 0; k < 18; k += 9)
+    for (int i = 0; i < 3; ++i) law[k + 4 * i] = 0.01 * (i + 1);
+  MultiplierFactor whole, part, alone;
+  ASSERT_TRUE(whole.factorize(both, {{0, 2, nullptr, law.data()}}));
+  ASSERT_TRUE(part.factorize(own, {{0, 1, nullptr, law.data()}}));
+  own.others.clear();
+  ASSERT_TRUE(alone.factorize(own, {{0, 1, nullptr, law.data()}}));
+  std::vector<double> x = {1, -2, 3, 1, -2, 3}, y = {1, -2, 3}, z = {1, -2, 3};
+  whole.solve(x.data());
+  part.solve(y.data());
+  alone.solve(z.data());
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_NEAR(y[i], x[i], 1e-14 * std::abs(x[i]));
+    EXPECT_GT(std::abs(z[i]), 1.9 * std::abs(x[i]));
+  }
+}
+
 }  // namespace
 }  // namespace fbi::linalg
