@@ -154,6 +154,8 @@ double BeamField::alpha_f() const {
   return b.parameters.scheme == TimeScheme::static_ ? 0.0 : b.scheme.alpha_f;
 }
 
+void BeamField::set_downhill(bool downhill) { implementation_->downhill = downhill; }
+
 void BeamField::linearize() {
   Implementation& b = *implementation_;
   count_parts("fiber tangents", b.moving);

@@ -43,6 +43,10 @@ class BeamField {
   double velocity_per_displacement() const;
   double alpha_f() const;
 
+  /// From the next linearisation on fibers that are solved in batches have L |D| L^T in place of K_b = L D L^T. The two
+  /// differ where a fiber is compressed beyond buckling: Newton's method with K_b heads for the unstable solution of a
+  /// step then, with |D| for the one that the fiber falls into, but not quadratically. Off at first.
+  void set_downhill(bool downhill);
   /// Evaluates residual G_b (without any coupling force, internal - external + inertia, at the generalised-alpha level)
   /// and factorises K_b of every fiber at the current iterate. Constrained rows of G_b are zero.
   void linearize();

@@ -199,10 +199,9 @@ FBI_KERNEL void evaluate_batch(FiberBatch& batch, const Level& level, Work& work
   work.coordinate = coordinate;
 }
 
-// L diag(|d|) L^T of K_b = L diag(d) L^T in place: rows of L^T right of the diagonal, 1/|d| on it, zero for pivots d next
-// to zero. `ok`: lanes without such. Of a fiber that is compressed beyond buckling some d are negative: with K_b itself
-// Newton's method goes for the unstable solution of the step, with |d| for the one that the fiber falls into.
-FBI_KERNEL void factorize_batch(FiberBatch& batch, bool* ok) {
+// K_b = L diag(d) L^T in place: rows of L^T right of the diagonal, 1/d on it, zero for pivots d that are not positive.
+// `downhill`: L diag(|d|) L^T, zero for pivots next to zero. `ok`: lanes without zeros.
+FBI_KERNEL void factorize_batch(FiberBatch& batch, bool downhill, bool* ok) {
   Lanes refused = 0.0;            // number of pivots
   Lanes diagonal[2 * node_dofs];  // of K_b, of this node and of the next one
   Lanes* matrix = batch.matrix.data();
@@ -217,7 +216,7 @@ FBI_KERNEL void factorize_batch(FiberBatch& batch, bool* ok) {
     for (int k = 0; k < node_dofs; ++k) {
       Lanes* pivot_row = rows + row_size * k;
       const Lanes least = least_pivot * abs(diagonal[k]);
-      const Lanes size = abs(pivot_row[k]);
+      const Lanes size = downhill ? abs(pivot_row[k]) : pivot_row[k];
       Lanes inverse = 1.0 / select_greater(size, least, pivot_row[k], 1.0);
       inverse = select_greater(size, least, inverse, 0.0);
       refused += select_greater(abs(inverse), 0.0, 0.0, 1.0);
@@ -347,7 +346,7 @@ void FiberBatches::evaluate(FiberEquations& equations, bool with_tangent) {
       equations.round_off[f] = equations.round_off_of(f, work.coordinate[lane]);
     }
     if (!with_tangent) continue;
-    factorize_batch(batch, batch.factorized.data());
+    factorize_batch(batch, equations.downhill, batch.factorized.data());
     for (int lane = 0; lane < batch.lanes; ++lane)
       if (batch.factorized[lane]) equations.singular[batch.fiber[lane]] = 0;
   }

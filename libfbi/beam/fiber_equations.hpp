@@ -80,6 +80,7 @@ struct FiberEquations {
   bool any_rigid = false;         // some fiber of the case is rigid, on whichever rank
   bool at_start = false;          // initialised at t = 0 and no step accepted yet
   Level level;
+  bool downhill = false;  // BeamField::set_downhill
   bool evaluated = false;                // residual, internal and external belong to the iterate
   std::vector<double> scale, round_off;  // of each fiber: largest single force, level of round-off in the residual
   std::vector<double> band;              // matrices K_b or their factors, one fiber after the other

@@ -99,6 +99,8 @@ StepReport solve_monolithic(System& system) {
     const bool last = linearized && iteration == 1;  // the one linear solve was about the positions of the predictor
     // What the fibers do to S and g is needed for another linear solve only, unless the constraint is looked at.
     const bool early = !last && (iteration == 0 || iterated);
+    // Far from the end of the step downhill, then quadratically.
+    if (moving) system.beams().set_downhill(iteration == 0);
     if (moving && early) linearize_fibers(system);
     if (moving && !early) evaluate_fibers(system);
     if (iterated && !last && system.update_geometry(system.beams().dofs())) geometry_changed = true;
