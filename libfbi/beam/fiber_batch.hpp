@@ -40,7 +40,7 @@ struct FiberBatch {
 /// Residuals, tangents and solves of the fibers for which they can be had in batches: torsion_free without damping,
 /// joints, moved supports, moments and follower loads, in the schemes static and generalized_alpha. K_b of these is
 /// symmetric, and positive definite but for strong compression: it is factorised without interchanges, and a fiber with
-/// a pivot that is not positive is left to FiberEquations.
+/// a pivot that is not positive is left to FiberEquations (with FiberEquations::downhill: one next to zero).
 class FiberBatches {
  public:
   explicit FiberBatches(const FiberEquations& equations);

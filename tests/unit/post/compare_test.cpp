@@ -17,6 +17,7 @@
 #include "post/verification.hpp"
 #include "unit/io/example_case.hpp"
 #include "unit/io/scratch.hpp"
+#include "unit/post/helpers.hpp"
 
 namespace fbi::post {
 namespace {
@@ -92,13 +93,7 @@ class CompareTest : public ::testing::Test {
     return read_run(paths.index);
   }
 
-  int fbi_post(const std::string& arguments) {
-    const std::string command = "cd '" + scratch.path() + "' && '" FBI_BIN_DIR "/fbi-post' " + arguments + " > '" +
-                                scratch.path() + "/output' 2>&1";
-    const int status = std::system(command.c_str());
-    output = io::read_text_file(scratch / "output");
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
+  int fbi_post(const std::string& arguments) { return test::run_fbi_post(scratch, arguments, output); }
 
   Comm comm;
   Scratch scratch;

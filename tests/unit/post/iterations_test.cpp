@@ -13,9 +13,12 @@
 #include "io/pending_file.hpp"
 #include "unit/io/example_case.hpp"
 #include "unit/io/scratch.hpp"
+#include "unit/post/helpers.hpp"
 
 namespace fbi::post {
 namespace {
+
+using test::cell;
 
 using test::error_of;
 using test::expect_contains;
@@ -45,14 +48,6 @@ post::Run run(const std::string& name, const std::vector<std::string>& more = {}
   }
   result.history = table;
   return result;
-}
-
-/// The cell of a row under a column.
-Table::Cell cell(const Table& table, std::size_t row, const std::string& column) {
-  for (std::size_t c = 0; c < table.columns.size(); ++c)
-    if (table.columns[c] == column) return table.rows.at(row).at(c);
-  ADD_FAILURE() << "no column " << column;
-  return std::string();
 }
 
 TEST(Iterations, MeanAndMostOfEachRun) {

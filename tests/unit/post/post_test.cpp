@@ -19,6 +19,7 @@
 #include "post/tip.hpp"
 #include "unit/io/example_case.hpp"
 #include "unit/io/scratch.hpp"
+#include "unit/post/helpers.hpp"
 
 namespace fbi::post {
 namespace {
@@ -71,13 +72,7 @@ class PostTest : public ::testing::Test {
   }
 
   // Exit code of fbi-post with these arguments; its output goes to `output`.
-  int fbi_post(const std::string& arguments) {
-    const std::string command = "cd '" + scratch.path() + "' && '" FBI_BIN_DIR "/fbi-post' " + arguments + " > '" +
-                                scratch.path() + "/output' 2>&1";
-    const int status = std::system(command.c_str());
-    output = io::read_text_file(scratch / "output");
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
+  int fbi_post(const std::string& arguments) { return test::run_fbi_post(scratch, arguments, output); }
 
   Comm comm;
   Scratch scratch;

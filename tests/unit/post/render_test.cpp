@@ -15,6 +15,7 @@
 #include "post/scalars.hpp"
 #include "unit/io/example_case.hpp"
 #include "unit/io/scratch.hpp"
+#include "unit/post/helpers.hpp"
 
 namespace fbi::post {
 namespace {
@@ -180,13 +181,7 @@ class RenderTest : public ::testing::Test {
     writer.write_step(2, 0.5, fields, {&dofs, nullptr, nullptr});
   }
 
-  int fbi_post(const std::string& arguments) {
-    const std::string command = "cd '" + scratch.path() + "' && '" FBI_BIN_DIR "/fbi-post' " + arguments + " > '" +
-                                scratch.path() + "/output' 2>&1";
-    const int status = std::system(command.c_str());
-    output = io::read_text_file(scratch / "output");
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
+  int fbi_post(const std::string& arguments) { return test::run_fbi_post(scratch, arguments, output); }
 
   Comm comm;
   Scratch scratch;
