@@ -242,7 +242,7 @@ int main(int argc, char** argv) {
 
   for (CLI::App* command : {convergence_command, forces_command})
     command->add_option("--from", arguments.from, "leave out what is before this time");
-  const std::vector<CLI::App*> plots = {tip_command,    convergence_command, energy_command,   forces_command,
+  const std::vector<CLI::App*> plots = {tip_command,        convergence_command, energy_command,  forces_command,
                                         iterations_command, precision_command,   profiles_command};
   std::vector<CLI::App*> tables = plots;
   tables.push_back(l2_command);

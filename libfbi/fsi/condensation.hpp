@@ -38,7 +38,8 @@ void evaluate_fibers(System& system);
 
 /// Newton iterations of the fibers and multipliers in the present flow: what is nonlinear about fibers is settled where
 /// it costs little, before the flow is solved again. A fiber whose residual would grow stays where it was. Leaves the
-/// residual of the last positions, but tangents, S and g of those before. False on all ranks if S is singular. Collective.
+/// residual of the last positions, but tangents, S and g of those before. False on all ranks if S is singular.
+/// Collective.
 /// @param most    number of iterations
 /// @param enough  fiber_residual to reach [force]
 /// @param lambda  multipliers, shape=(rows,3) [force/length]

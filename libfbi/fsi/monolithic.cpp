@@ -27,9 +27,9 @@ double linear_tolerance(const SolverParameters& parameters, double residual, dou
   return std::clamp(enough, parameters.krylov_tolerance, std::max(parameters.krylov_tolerance, 0.3));
 }
 
-/// What the residual of the fluid is compared with: the first of the step, but where the tolerance is loose and the step
-/// starts far from its end, as after a sudden start, no more than a part of the forces that change the momentum. Where
-/// next to nothing flows those say nothing: a residual of `tight` times the first one is always enough.
+/// What the residual of the fluid is compared with: the first of the step, but where the tolerance is loose and the
+/// step starts far from its end, as after a sudden start, no more than a part of the forces that change the momentum.
+/// Where next to nothing flows those say nothing: a residual of `tight` times the first one is always enough.
 /// @param momentum  of System::fluid_scale()
 double fluid_reference_of(const SolverParameters& parameters, double first, double momentum) {
   constexpr double loose = 1e-3, part = 0.05, tight = 1e-6;
@@ -151,8 +151,8 @@ StepReport solve_monolithic(System& system) {
       report.residual = fluid_norm + fiber_norm;
       break;
     }
-    if (iteration > 0 && (fluid_norm > hopeless * std::max(first_fluid_norm, scale.forces) ||
-                          fiber_norm > hopeless * fiber_reference))
+    if (iteration > 0 &&
+        (fluid_norm > hopeless * std::max(first_fluid_norm, scale.forces) || fiber_norm > hopeless * fiber_reference))
       break;
     const bool fluid_done = fluid_norm <= fluid_floor || (iteration > 0 && norms.fluid <= parameters.newton_tolerance);
     const bool fiber_done = fiber_norm <= fiber_floor || (iteration > 0 && norms.fiber <= fiber_tolerance);

@@ -9,13 +9,13 @@ namespace fbi::fsi {
 /// solves the fluid with the tangent A_FF + M^T S^-1 M, recovers lambda and then the fiber increments; with the
 /// geometry lagged the constraint holds to round-off after every iteration. Also serves fluid alone (no multipliers)
 /// and fixed fibers (S = kappa / epsilon). Fibers are settled by Newton iterations of their own, in the extrapolated
-/// flow before the first linear solve and in the present one after each. Converged when the fluid and the fiber residual
-/// both fell below newton_tolerance (fibers: at most 5e-3) times their first value, or below newton_absolute_tolerance
-/// times the scale of forces; the first value of the fluid counts for no more than a twentieth of the forces that change
-/// its momentum, unless the tolerance is at most 1e-3. With the
-/// convecting velocity extrapolated there is exactly one linear solve: fluid, fibers linearised at their predictor and
-/// multipliers together. What converges then is the residual of the fluid, which is linear; that of the fibers is
-/// nonlinear and kept in the history. A failure is a report, not an exception. Collective.
+/// flow before the first linear solve and in the present one after each. Converged when the fluid and the fiber
+/// residual both fell below newton_tolerance (fibers: at most 5e-3) times their first value, or below
+/// newton_absolute_tolerance times the scale of forces; the first value of the fluid counts for no more than a
+/// twentieth of the forces that change its momentum, unless the tolerance is at most 1e-3. With the convecting velocity
+/// extrapolated there is exactly one linear solve: fluid, fibers linearised at their predictor and multipliers
+/// together. What converges then is the residual of the fluid, which is linear; that of the fibers is nonlinear and
+/// kept in the history. A failure is a report, not an exception. Collective.
 StepReport solve_monolithic(System& system);
 
 /// When a fluid solve ends: at `relative` of the reference, and at `force_share` of |D^T lambda| if that is less (0:

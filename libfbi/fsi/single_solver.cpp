@@ -9,9 +9,9 @@ namespace fbi::fsi {
 
 namespace {
 
-constexpr int most_sweeps = 3;         // of the velocity block in an iteration
-constexpr double enough_of_it = 0.1;   // residual of the momentum rows that ends them, relative
-constexpr std::size_t strip = 16;  // numbers of four nodes
+constexpr int most_sweeps = 3;        // of the velocity block in an iteration
+constexpr double enough_of_it = 0.1;  // residual of the momentum rows that ends them, relative
+constexpr std::size_t strip = 16;     // numbers of four nodes
 constexpr std::size_t chunk = 4096;
 
 /// Sum of a b over the velocities of nodes, shape=(nodes,4): strips in floats, then in double.
@@ -116,9 +116,10 @@ void SingleSolver::add_multipliers(const float* z, float* product) {
 }
 
 void SingleSolver::apply_velocity(const float* z, float* w) {
-  tangent_.add_velocity(z, w, has_multipliers() ? std::function<void(float*)>([this, z](float* product) {
-    add_multipliers(z, product);
-  }) : nullptr);
+  tangent_.add_velocity(z, w,
+                        has_multipliers()
+                            ? std::function<void(float*)>([this, z](float* product) { add_multipliers(z, product); })
+                            : nullptr);
 }
 
 void SingleSolver::solve_pressure(float* z) {
@@ -146,7 +147,8 @@ void SingleSolver::sweep(float* z, float* w) {
       add(here.w.data(), -h, sweeps_[i].w.data(), size);
       add(here.z.data(), -h, sweeps_[i].z.data(), room);
     }
-    double sums[2] = {velocity_dot(here.w.data(), here.w.data(), size), velocity_dot(rest_.data(), here.w.data(), size)};
+    double sums[2] = {velocity_dot(here.w.data(), here.w.data(), size),
+                      velocity_dot(rest_.data(), here.w.data(), size)};
     comm.sum(sums, 2);
     here.squared_norm = sums[0];
     if (!(sums[0] > 0.0)) return;

@@ -27,9 +27,9 @@ struct SinglePreconditioner {
 /// FGMRES on (A_FF + M^T S^-1 M) x = b with the block-triangular preconditioner
 ///   p = P^-1 r_p,  u = (W^-1 + M^T S^-1 M)^-1 (r_u - G p),
 /// everything in floats but the multipliers. G p is a part of both the preconditioner and the product, so that an
-/// iteration costs one pass over the velocity columns and one over the (cheap) pressure columns. Where tight tolerances,
-/// fast or viscous flow make many iterations, the velocity block is followed by up to two more, with minimal residuals
-/// between them (a preconditioner that varies, which FGMRES allows).
+/// iteration costs one pass over the velocity columns and one over the (cheap) pressure columns. Where tight
+/// tolerances, fast or viscous flow make many iterations, the velocity block is followed by up to two more, with
+/// minimal residuals between them (a preconditioner that varies, which FGMRES allows).
 ///
 /// Rows and columns of unknowns that are not free are left out: b is zero there, and so is x.
 class SingleSolver {

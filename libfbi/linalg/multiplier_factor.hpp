@@ -35,8 +35,8 @@ struct InterfaceBlock {
 /// Sparse factors of T = S + M W M^T restricted to this rank's rows: (W^-1 + M^T S^-1 M)^-1 = W - W M^T T^-1 M W.
 ///
 /// T is symmetrised and factorised by CHOLMOD; a T that is not positive definite is factorised by UMFPACK as it is.
-/// Coupling between rows of different ranks is added to the diagonal: forces of one direction, which several rows share,
-/// are then neither counted once for each rank nor lost. It changes iteration counts and not answers.
+/// Coupling between rows of different ranks is added to the diagonal: forces of one direction, which several rows
+/// share, are then neither counted once for each rank nor lost. It changes iteration counts and not answers.
 class MultiplierFactor {
  public:
   MultiplierFactor();
