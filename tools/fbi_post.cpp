@@ -6,8 +6,8 @@
 #include "base/error.hpp"
 #include "base/log.hpp"
 #include "base/version.hpp"
-#include "fbi_post_actions.hpp"
 #include "io/pending_file.hpp"
+#include "tools/fbi_post_actions.hpp"
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "fbi_post_actions.hpp"
+#include "tools/fbi_post_actions.hpp"
 
 #include <cstdio>
 #include <filesystem>

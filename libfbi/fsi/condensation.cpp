@@ -134,9 +134,11 @@ std::vector<double> squared_residuals(const System& system, const std::vector<do
   return squares;
 }
 
-/// Takes back the increment of fibers whose residual it made larger, with their multipliers. `delta` becomes the
-/// increment of the others.
-/// @param small  squared residual that is no matter
+/// Takes back the increments and multipliers of fibers whose residual they made larger.
+/// @param before  squared residuals before the increment, shape=(fibers) [force^2]
+/// @param small   squared residual that is no matter [force^2]
+/// @param delta   the increment, shape=(fiber nodes,6)
+/// @param lambda  multipliers that belong to it, shape=(rows,3), and old_lambda those before
 void take_back(System& system, const std::vector<double>& before, double small, const std::vector<double>& old_lambda,
                const std::vector<double>& delta, std::vector<double>& lambda) {
   const mesh::FiberMesh& fibers = system.fibers();
