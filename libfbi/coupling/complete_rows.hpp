@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "coupling/coupling.hpp"
-#include "linalg/multiplier_factor.hpp"
+#include "linalg/multiplier_rows.hpp"
 #include "mesh/hex_mesh.hpp"
 
 namespace fbi::coupling {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "coupling/block_inverses.hpp"
+#include "linalg/block_inverses.hpp"
 
 namespace fbi::coupling {
 
@@ -88,7 +88,7 @@ void InterfaceOperator::add(Index fiber, double factor, const Block& compliance)
 }
 
 bool InterfaceOperator::factorize() {
-  if (!invert(blocks_, inverses_)) return false;
+  if (!linalg::invert(blocks_, inverses_)) return false;
   for (Group& group : groups_) {
     if (group.block.size() == 0) continue;
     if (!group.block.allFinite()) return false;

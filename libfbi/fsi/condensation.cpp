@@ -166,16 +166,18 @@ void take_back(System& system, const std::vector<double>& before, double small, 
 
 }  // namespace
 
-bool correct_fibers(System& system, int most, double enough, std::vector<double>& g, std::vector<double>& lambda,
-                    double& norm) {
+bool correct_fibers(System& system, int most, double enough, bool condensed, std::vector<double>& g,
+                    std::vector<double>& lambda, double& norm) {
   const double small = enough * enough / std::max<double>(1.0, static_cast<double>(system.fibers().global_fibers));
   for (int iteration = 0; iteration < most && norm > enough; ++iteration) {
     count("fiber corrections");
     const std::vector<double> before = squared_residuals(system, system.fiber_force(lambda));
     const std::vector<double> old_lambda = lambda;
-    linearize_fibers(system);
-    if (!condense(system, g)) return false;
-    multipliers(system, g, lambda);
+    if (iteration > 0 || !condensed) {
+      linearize_fibers(system);
+      if (!condense(system, g)) return false;
+      multipliers(system, g, lambda);
+    }
     const std::vector<double> delta = move_fibers(system, system.fiber_force(lambda));
     evaluate_fibers(system);
     take_back(system, before, small, old_lambda, delta, lambda);

@@ -42,10 +42,11 @@ void evaluate_fibers(System& system);
 /// Collective.
 /// @param most    number of iterations
 /// @param enough  fiber_residual to reach [force]
+/// @param condensed  tangents, S, g and lambda are those of the present positions and flow
 /// @param lambda  multipliers, shape=(rows,3) [force/length]
 /// @param norm    fiber_residual before and after [force]
-bool correct_fibers(System& system, int most, double enough, std::vector<double>& g, std::vector<double>& lambda,
-                    double& norm);
+bool correct_fibers(System& system, int most, double enough, bool condensed, std::vector<double>& g,
+                    std::vector<double>& lambda, double& norm);
 
 /// 2-norm of nodal values of all ranks. Collective.
 double interface_norm(const Comm& comm, const std::vector<double>& values);

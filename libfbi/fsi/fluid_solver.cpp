@@ -107,7 +107,6 @@ void interpolate(const coupling::Coupling& coupling, Vec u, std::vector<double>&
 
 void FluidSolver::add_spread(const std::vector<double>& lambda, Vec r, bool dirichlet_rows) const {
   Timed timed("M^T lambda");
-  FBI_PETSC(VecSet(ghosted_, 0.0));
   {
     GhostedForm form(ghosted_);
     FBI_PETSC(VecSet(form.get(), 0.0));
@@ -350,7 +349,7 @@ std::vector<double> FluidSolver::sums_of_columns() const {
 bool FluidSolver::renew_factor() {
   Timed timed("multiplier factor");
   count("multiplier factorizations");
-  const linalg::MultiplierRows rows =
+  linalg::MultiplierRows rows =
       coupling::complete_rows(fluid_.mesh(), *coupling_, weight_->values(), sums_of_columns());
   std::vector<linalg::InterfaceBlock> blocks;
   for (Index f = 0; f < interface_->fibers(); ++f) {
@@ -364,7 +363,7 @@ bool FluidSolver::renew_factor() {
       blocks.push_back({0, static_cast<Index>(interface_->joined_rows(g).size()), interface_->joined_block(g).data(),
                         nullptr, interface_->joined_rows(g).data()});
   age_ = {coupling_->rows(), fluid_.sigma(), true, 0.0, 0.0};
-  return !comm_.any(!factor_.factorize(rows, blocks));
+  return !comm_.any(!factor_.factorize(std::move(rows), blocks));
 }
 
 bool FluidSolver::prepare(bool geometry_changed, bool interface_changed) {

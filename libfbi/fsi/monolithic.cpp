@@ -20,7 +20,7 @@ constexpr int most_corrections = 3;  // of fibers alone, after a linear solve
 /// Tolerance of a linear solve: krylov_tolerance, but no further than the nonlinear tolerance asks for, unless the user
 /// wants linear systems solved more tightly than the nonlinear one.
 double linear_tolerance(const SolverParameters& parameters, double residual, double reference) {
-  constexpr double share = 0.8;  // of the nonlinear tolerance
+  constexpr double share = 0.9;  // of the nonlinear tolerance
   if (parameters.krylov_tolerance < 0.2 * parameters.newton_tolerance || !(residual > 0.0))
     return parameters.krylov_tolerance;
   const double enough = share * parameters.newton_tolerance * reference / residual;
@@ -88,7 +88,7 @@ StepReport solve_monolithic(System& system) {
   const bool linearized = is_linearized(system);
   linalg::VecHandle residual = fluid.create_vector(), increment = fluid.create_vector();
   std::vector<double> g, lambda, force;
-  double first_fluid_norm = 0.0, momentum = 0.0, fluid_reference = 0.0, fiber_reference = 0.0;
+  double first_fluid_norm = 0.0, first_forces = 0.0, momentum = 0.0, fluid_reference = 0.0, fiber_reference = 0.0;
   const double fiber_tolerance = std::min(parameters.newton_tolerance, most_fiber_tolerance);
   // Fibers that do not follow the fluid are where they will be from the start.
   bool geometry_changed = coupled && system.update_geometry(system.first_positions());
@@ -121,7 +121,8 @@ StepReport solve_monolithic(System& system) {
       const bool correct = iteration == 0 ? !linearized && !iterated : !early && !last;
       if (correct && fiber_norm > enough) {
         // One suffices to begin with: what is left is as small as what the flow will change.
-        if (!correct_fibers(system, iteration == 0 ? 1 : most_corrections, enough, g, lambda, fiber_norm)) break;
+        const int most = iteration == 0 ? 1 : most_corrections;
+        if (!correct_fibers(system, most, enough, early, g, lambda, fiber_norm)) break;
         // The linear solve that follows is about these positions.
         if (iteration == 0) linearize_fibers(system);
         if (iteration == 0 && !condense(system, g)) break;
@@ -133,6 +134,7 @@ StepReport solve_monolithic(System& system) {
     const double fluid_norm = system.fluid_norm(residual);
     if (iteration == 0) first_fluid_norm = fluid_norm;
     const FluidScale scale = system.fluid_scale();
+    if (iteration == 0) first_forces = scale.forces;
     momentum = std::max(momentum, scale.momentum);
     // The one linear solve of linearized equations is as exact as what it started from asks for.
     if (!last) fluid_reference = fluid_reference_of(parameters, first_fluid_norm, momentum);
@@ -152,7 +154,7 @@ StepReport solve_monolithic(System& system) {
       break;
     }
     if (iteration > 0 &&
-        (fluid_norm > hopeless * std::max(first_fluid_norm, scale.forces) || fiber_norm > hopeless * fiber_reference))
+        (fluid_norm > hopeless * std::max(first_fluid_norm, first_forces) || fiber_norm > hopeless * fiber_reference))
       break;
     const bool fluid_done = fluid_norm <= fluid_floor || (iteration > 0 && norms.fluid <= parameters.newton_tolerance);
     const bool fiber_done = fiber_norm <= fiber_floor || (iteration > 0 && norms.fiber <= fiber_tolerance);

@@ -30,7 +30,11 @@ System::System(fluid::FluidField* fluid, beam::BeamField* beams, const mesh::Fib
     force_old_.assign(6 * static_cast<std::size_t>(fibers_->nodes()), 0.0);
     last_force_ = last_motion_ = force_older_ = force_oldest_ = force_old_;
   }
-  if (fluid_ != nullptr) fluid_->set_linearization(solver.nonlinear);
+  if (fluid_ != nullptr) {
+    fluid_->set_linearization(solver.nonlinear);
+    for (Index a = 0; a < fluid_->mesh().owned_nodes; ++a)
+      node_size_.push_back(static_cast<float>(std::cbrt(fluid_->lumped_volume()[a])));
+  }
   if (fluid_ == nullptr || beams_ == nullptr) return;
   check_group_sizes();
   coupling_ = std::make_unique<coupling::Coupling>(fluid_->mesh(), *fibers_, coupling_parameters_);
@@ -258,7 +262,7 @@ FluidScale System::fluid_scale() const {
   double sums[2] = {};
   for (Index a = 0; a < fluid_->mesh().owned_nodes; ++a) {
     const double* row = values + 4 * static_cast<std::size_t>(a);
-    const double h = std::cbrt(volume[a]);
+    const double h = node_size_[a];
     const double factor = parameters.viscosity * h + parameters.density * sigma * volume[a];
     sums[0] += factor * factor * (row[0] * row[0] + row[1] * row[1] + row[2] * row[2]);
     sums[1] += h * h * h * h * row[3] * row[3];

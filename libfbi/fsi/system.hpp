@@ -161,6 +161,7 @@ class System {
   std::unique_ptr<coupling::Coupling> coupling_;
   std::unique_ptr<coupling::InterfaceOperator> interface_;
   std::unique_ptr<FluidSolver> solver_;
+  std::vector<float> node_size_;  // cube root of the lumped volume [length], shape=(owned nodes of the fluid)
   bool fibers_move_ = false;
   bool has_joints_ = false;
   bool has_geometry_ = false;

@@ -110,6 +110,7 @@ struct MultiplierFactor::Implementation {
   void* numeric = nullptr;  // UMFPACK
   Sparse t;                 // row-major T; its arrays read as columns are T^T, which UMFPACK solves as the transpose
   Index size = 0;
+  std::unique_ptr<MultiplierBlocks> blocks;  // in place of factors
 
   Implementation() {
     cholmod_start(&common);
@@ -126,6 +127,7 @@ struct MultiplierFactor::Implementation {
     if (numeric != nullptr) umfpack_di_free_numeric(&numeric);
     factor = nullptr;
     numeric = nullptr;
+    t = Sparse();
   }
 
   bool cholesky() {
@@ -166,11 +168,16 @@ struct MultiplierFactor::Implementation {
 MultiplierFactor::MultiplierFactor() : implementation_(std::make_unique<Implementation>()) {}
 MultiplierFactor::~MultiplierFactor() = default;
 
-bool MultiplierFactor::factorize(const MultiplierRows& m, const std::vector<InterfaceBlock>& s) {
+bool MultiplierFactor::factorize(MultiplierRows m, const std::vector<InterfaceBlock>& s, bool exact) {
   Implementation& self = *implementation_;
   self.clear();
   self.size = 3 * m.rows();
   if (self.size == 0) return true;
+  if (!exact && MultiplierBlocks::suits(m, s)) {
+    if (self.blocks == nullptr) self.blocks = std::make_unique<MultiplierBlocks>();
+    return self.blocks->factorize(std::move(m), s);
+  }
+  self.blocks.reset();
   self.t = assemble(m, s);
   for (Index k = 0; k < self.t.nonZeros(); ++k)
     if (!std::isfinite(self.t.valuePtr()[k])) return false;
@@ -180,6 +187,7 @@ bool MultiplierFactor::factorize(const MultiplierRows& m, const std::vector<Inte
 void MultiplierFactor::solve(double* b) const {
   const Implementation& self = *implementation_;
   if (self.size == 0) return;
+  if (self.blocks != nullptr) return self.blocks->solve(b);
   if (self.factor != nullptr) {
     cholmod_dense right{};
     right.nrow = right.d = self.size;
@@ -201,6 +209,7 @@ void MultiplierFactor::solve(double* b) const {
 }
 
 GlobalIndex MultiplierFactor::factor_entries() const {
+  if (implementation_->blocks != nullptr) return implementation_->blocks->entries();
   return implementation_->factor != nullptr ? static_cast<GlobalIndex>(implementation_->common.lnz) : 0;
 }
 

@@ -114,8 +114,8 @@ TEST(MultiplierFactor, works_on_a_rank_without_rows) {
   factor.solve(nullptr);
 }
 
-/// Two equal rows on two ranks: with the sums of the other one each factor alone gives what both together give to forces
-/// that they share.
+/// Two equal rows on two ranks: with the sums of the other one each factor alone gives what both together give to
+/// forces that they share.
 TEST(MultiplierFactor, RowsOfOtherRanksCountOnTheDiagonal) {
   MultiplierRows both;
   both.begin = {0, 3, 6};
@@ -143,6 +143,129 @@ TEST(MultiplierFactor, RowsOfOtherRanksCountOnTheDiagonal) {
     EXPECT_NEAR(y[i], x[i], 1e-12 * std::abs(x[i]));
     EXPECT_GT(std::abs(z[i]), 1.9 * std::abs(x[i]));
   }
+}
+
+/// Fibers of three rows each with dense blocks of S = `law` (1 + what couples them), side by side: rows at the same
+/// height of neighbors share columns. The rows of every third fiber are numbered after all others (`scattered`).
+struct Fibers {
+  MultiplierRows m;
+  std::vector<std::vector<double>> dense;
+  std::vector<std::vector<Index>> index;
+  std::vector<InterfaceBlock> blocks;
+  Eigen::MatrixXd own, between;  // of T: within fibers, between them
+  Fibers(Index fibers, double law, bool scattered) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> uniform(0.1, 1.0);
+    const Index n = 3, rows = n * fibers, columns = (fibers + 2) * (n + 1);
+    std::vector<Index> fiber_of(rows), number(rows);
+    Index next = 0;
+    for (const bool late : {false, true})
+      for (Index f = 0; f < fibers; ++f)
+        if ((scattered && f % 3 == 2) == late)
+          for (Index i = 0; i < n; ++i) number[n * f + i] = next++;
+    if (scattered) std::swap(number[0], number[rows - 1]);
+    std::vector<std::vector<std::pair<Index, double>>> entries(rows);
+    for (Index f = 0; f < fibers; ++f)
+      for (Index i = 0; i < n; ++i) {
+        fiber_of[number[n * f + i]] = f;
+        for (Index x = f; x < f + 3; ++x)
+          for (Index y = i; y < i + 2; ++y)
+            entries[number[n * f + i]].emplace_back(x * (n + 1) + y, (x == f + 1 ? 2.0 : 1.0) * uniform(random));
+      }
+    m.begin.push_back(0);
+    for (Index k = 0; k < 3 * columns; ++k) m.weight.push_back(k == 13 ? 0.0 : uniform(random));
+    Eigen::MatrixXd dense_m = Eigen::MatrixXd::Zero(3 * rows, 3 * columns);
+    for (Index p = 0; p < rows; ++p) {
+      for (const auto& [c, value] : entries[p]) {
+        m.column.push_back(c);
+        m.value.push_back(value);
+        for (int i = 0; i < 3; ++i) dense_m(3 * p + i, 3 * c + i) = value;
+      }
+      m.begin.push_back(static_cast<Index>(m.column.size()));
+    }
+    const Eigen::MatrixXd gram =
+        dense_m * Eigen::Map<const Eigen::VectorXd>(m.weight.data(), 3 * columns).asDiagonal() * dense_m.transpose();
+    own = between = Eigen::MatrixXd::Zero(3 * rows, 3 * rows);
+    for (Index p = 0; p < rows; ++p)
+      for (Index q = 0; q < rows; ++q)
+        (fiber_of[p] == fiber_of[q] ? own : between).block<3, 3>(3 * p, 3 * q) = gram.block<3, 3>(3 * p, 3 * q);
+    dense.resize(fibers);
+    index.resize(fibers);
+    for (Index f = 0; f < fibers; ++f) {
+      const Eigen::MatrixXd a = Eigen::MatrixXd::NullaryExpr(3 * n, 3 * n, [&] { return uniform(random); });
+      const Eigen::MatrixXd block = law * (0.05 * a * a.transpose() + Eigen::MatrixXd::Identity(3 * n, 3 * n));
+      dense[f].assign(block.data(), block.data() + block.size());
+      for (Index i = 0; i < n; ++i) index[f].push_back(number[n * f + i]);
+      for (Index i = 0; i < n; ++i)
+        for (Index j = 0; j < n; ++j)
+          own.block<3, 3>(3 * index[f][i], 3 * index[f][j]) += block.block<3, 3>(3 * i, 3 * j);
+      const bool follows = !scattered || std::is_sorted(index[f].begin(), index[f].end());
+      if (follows) index[f].resize(follows && !scattered ? 0 : index[f].size());
+      blocks.push_back({number[n * f], n, dense[f].data(), nullptr, index[f].empty() ? nullptr : index[f].data()});
+    }
+  }
+  double relative(const std::vector<double>& x, const Eigen::VectorXd& reference) const {
+    return (Eigen::Map<const Eigen::VectorXd>(x.data(), reference.size()) - reference).norm() / reference.norm();
+  }
+};
+
+TEST(MultiplierBlocks, AreThreeStepsOfTheLumpedIteration) {
+  for (const bool scattered : {false, true}) {
+    const Fibers fibers(8, 0.3, scattered);
+    ASSERT_TRUE(MultiplierBlocks::suits(fibers.m, fibers.blocks));
+    const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(fibers.own.rows(), -1.0, 2.0);
+    const Eigen::MatrixXd lumped = fibers.between.rowwise().sum().asDiagonal();
+    const Eigen::PartialPivLU<Eigen::MatrixXd> d(fibers.own + lumped);
+    Eigen::VectorXd y = d.solve(b);
+    for (int step = 0; step < 2; ++step) y = d.solve(b + (lumped - fibers.between) * y).eval();
+    MultiplierFactor factor;
+    ASSERT_TRUE(factor.factorize(fibers.m, fibers.blocks));
+    std::vector<double> x(b.data(), b.data() + b.size());
+    factor.solve(x.data());
+    EXPECT_LT(fibers.relative(x, y), 1e-6) << scattered;  // single precision between fibers
+    // The same T by sparse factors.
+    ASSERT_TRUE(factor.factorize(fibers.m, fibers.blocks, true));
+    x.assign(b.data(), b.data() + b.size());
+    factor.solve(x.data());
+    EXPECT_LT(fibers.relative(x, (fibers.own + fibers.between).partialPivLu().solve(b)), 1e-12) << scattered;
+  }
+}
+
+TEST(MultiplierBlocks, AreExactForCommonMotionAndCloseOtherwise) {
+  // T y = b with y the same in all rows; then with what changes along the fibers and from one to the next.
+  const Fibers fibers(12, 1e-3, false);
+  const Index size = static_cast<Index>(fibers.own.rows());
+  const Eigen::MatrixXd t = fibers.own + fibers.between;
+  MultiplierFactor factor;
+  ASSERT_TRUE(factor.factorize(fibers.m, fibers.blocks));
+  const auto error = [&](const Eigen::VectorXd& y) {
+    const Eigen::VectorXd b = t * y;
+    std::vector<double> x(b.data(), b.data() + size);
+    factor.solve(x.data());
+    return fibers.relative(x, y);
+  };
+  EXPECT_LT(error(Eigen::VectorXd::Ones(size)), 1e-5);
+  EXPECT_LT(error(Eigen::VectorXd::NullaryExpr(size, [](Index k) { return std::sin(0.01 * k) + 0.5; })), 0.02);
+  // Neighbors against each other: not exact, but never further from it than doing nothing.
+  EXPECT_LT(error(Eigen::VectorXd::NullaryExpr(size, [](Index k) { return k / 9 % 2 == 0 ? 1.0 : -1.0; })), 1.0);
+}
+
+TEST(MultiplierBlocks, OneFiberIsExact) {
+  const Fibers fibers(1, 0.3, false);
+  const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(fibers.own.rows(), -1.0, 2.0);
+  MultiplierFactor factor;
+  ASSERT_TRUE(factor.factorize(fibers.m, fibers.blocks));
+  std::vector<double> x(b.data(), b.data() + b.size());
+  factor.solve(x.data());
+  EXPECT_LT(fibers.relative(x, fibers.own.partialPivLu().solve(b)), 1e-12);
+}
+
+TEST(MultiplierBlocks, SuitMovingFibersAndPositiveEntriesOnly) {
+  Fibers fibers(2, 0.3, false);
+  EXPECT_TRUE(MultiplierBlocks::suits(fibers.m, fibers.blocks));
+  fibers.m.value[3] = -1e-3;
+  EXPECT_FALSE(MultiplierBlocks::suits(fibers.m, fibers.blocks));
+  EXPECT_FALSE(MultiplierBlocks::suits(make_problem(0.0).m, make_problem(0.0).blocks));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "coupling/block_inverses.hpp"
+#include "linalg/block_inverses.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -7,7 +7,7 @@
 #include "base/types.hpp"
 #include "fem/simd.hpp"
 
-namespace fbi::coupling {
+namespace fbi::linalg {
 namespace {
 
 using Lanes = fem::Batch;
@@ -88,4 +88,4 @@ bool invert(const std::vector<DenseBlock>& blocks, std::vector<DenseBlock>& inve
   return true;
 }
 
-}  // namespace fbi::coupling
+}  // namespace fbi::linalg

@@ -1,11 +1,11 @@
 /// Inverses of many blocks: symmetric ones in batches, others and indefinite ones one by one, singular ones refused.
-#include "coupling/block_inverses.hpp"
+#include "linalg/block_inverses.hpp"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-namespace fbi::coupling {
+namespace fbi::linalg {
 namespace {
 
 // Blocks of three sizes mixed, 8 do not divide their numbers; every fifth is not symmetric, every seventh indefinite.
@@ -43,4 +43,4 @@ TEST(BlockInverses, SingularAndNotANumberAreStatuses) {
 }
 
 }  // namespace
-}  // namespace fbi::coupling
+}  // namespace fbi::linalg

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace fbi::coupling {
+namespace fbi::linalg {
 
 using DenseBlock = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
@@ -12,4 +12,4 @@ using DenseBlock = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::
 /// inverted eight at a time without interchanges, others by LU. Returns false when one is singular or not finite.
 bool invert(const std::vector<DenseBlock>& blocks, std::vector<DenseBlock>& inverses);
 
-}  // namespace fbi::coupling
+}  // namespace fbi::linalg
