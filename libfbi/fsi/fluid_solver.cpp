@@ -19,6 +19,7 @@ namespace {
 constexpr double robin = 3.0;  // Robin coefficient of the pressure operator at open faces, times 1/h
 constexpr int single_restart = 40;
 constexpr double tired_effort = 1.5;        // iterations with a factor that lags, against those when it was new
+constexpr double most_effort = 8.0;         // iterations a decade, then blocks give way to sparse factors
 constexpr double other_sigma = 0.25;        // change of 1/dt after which a factor is not that of the problem any more
 constexpr int tired_iterations = 40;        // of one solve, then it is renewed
 constexpr double loose_tolerance = 3e-3;    // above, one sweep of the velocity block in an iteration is fastest
@@ -57,7 +58,6 @@ FluidSolver::FluidSolver(fluid::FluidField& fluid, const coupling::Coupling* cou
   }
   weight_ = std::make_unique<VelocityWeight>(fluid_);
   work_ = fluid_.create_vector();
-  work2_ = fluid_.create_vector();
   FBI_PETSC(VecCreateMPI(comm_.get(), mesh.owned_nodes, mesh.independent_nodes, pressure_right_.out()));
   FBI_PETSC(VecDuplicate(pressure_right_, pressure_solution_.out()));
   krylov_ = std::make_unique<linalg::Krylov>(
@@ -195,29 +195,21 @@ void FluidSolver::apply_preconditioner(Vec r, Vec x) {
   const std::vector<double>& volume = fluid_.lumped_volume();
   const double viscosity = projection_ > 0.0 ? 1.0 / projection_ : fluid_.parameters().viscosity;
   {
-    Read right(r);
-    Write u(x);
-    velocity_block(right.get(), u.get());
-    for (Index a = 0; a < owned; ++a) u.get()[4 * static_cast<std::size_t>(a) + 3] = 0.0;
-  }
-  apply_operator(x, work_);
-  {
     Timed timed_pressure("pressure cycle");
     {
-      Read right(r), product(work_);
+      Read right(r);
       Write to(pressure_right_);
-      for (Index a = 0; a < owned; ++a) {
-        const std::size_t k = 4 * static_cast<std::size_t>(a) + 3;
-        to.get()[a] = (right.get()[k] - product.get()[k]) / scale;
-      }
+      for (Index a = 0; a < owned; ++a) to.get()[a] = right.get()[4 * static_cast<std::size_t>(a) + 3] / scale;
     }
     pressure_->apply(pressure_right_, pressure_solution_);
     Read right(pressure_right_);
     Read solution(pressure_solution_);
     Write p(x);
-    for (Index a = 0; a < owned; ++a)
-      p.get()[4 * static_cast<std::size_t>(a) + 3] =
-          pressure_scale_ * solution.get()[a] + viscosity / volume[a] * right.get()[a];
+    for (Index a = 0; a < owned; ++a) {
+      const std::size_t k = 4 * static_cast<std::size_t>(a);
+      for (int i = 0; i < 3; ++i) p.get()[k + i] = 0.0;
+      p.get()[k + 3] = pressure_scale_ * solution.get()[a] + viscosity / volume[a] * right.get()[a];
+    }
   }
   apply_operator(x, work_);
   {
@@ -229,17 +221,13 @@ void FluidSolver::apply_preconditioner(Vec r, Vec x) {
         rest.get()[k] = right.get()[k] - rest.get()[k];
       }
   }
-  {
-    Read rest(work_);
-    Write correction(work2_);
-    velocity_block(rest.get(), correction.get());
-  }
-  Read right(r), correction(work2_);
+  Read rest(work_), right(r);
   Write u(x);
+  velocity_block(rest.get(), u.get());
   for (Index a = 0; a < owned; ++a)
     for (int i = 0; i < 3; ++i) {
       const std::size_t k = 4 * static_cast<std::size_t>(a) + i;
-      u.get()[k] = dirichlet[k] != 0 ? right.get()[k] : u.get()[k] + correction.get()[k];
+      if (dirichlet[k] != 0) u.get()[k] = right.get()[k];
     }
   fluid_.set_normal(right.get(), u.get(), owned);
 }
@@ -363,7 +351,7 @@ bool FluidSolver::renew_factor() {
       blocks.push_back({0, static_cast<Index>(interface_->joined_rows(g).size()), interface_->joined_block(g).data(),
                         nullptr, interface_->joined_rows(g).data()});
   age_ = {coupling_->rows(), fluid_.sigma(), true, 0.0, 0.0};
-  return !comm_.any(!factor_.factorize(std::move(rows), blocks));
+  return !comm_.any(!factor_.factorize(std::move(rows), blocks, exact_factor_));
 }
 
 bool FluidSolver::prepare(bool geometry_changed, bool interface_changed) {
@@ -461,11 +449,16 @@ linalg::KrylovResult FluidSolver::solve(Vec b, Vec x, double tolerance) {
   if (reference_ != nullptr) {
     result = reference_->solve(scaled_, x, tolerance);
   } else {
-    const bool lags = coupling_ != nullptr && coupling_->global_rows() > 0 && !age_.exact;
-    const int expected = static_cast<int>(2.0 * age_.fresh_effort * -std::log10(std::min(tolerance, 1.0)));
+    const bool coupled = coupling_ != nullptr && coupling_->global_rows() > 0;
+    const bool approximate = coupled && !exact_factor_ && comm_.any(factor_.is_approximate());
+    const bool lags = coupled && (!age_.exact || approximate);
+    const double effort = approximate ? most_effort : 2.0 * age_.fresh_effort;
+    const int expected = static_cast<int>(effort * -std::log10(std::min(tolerance, 1.0)));
     const int enough = lags ? std::min(parameters_.krylov_iterations, std::max(tired_iterations, expected))
                             : parameters_.krylov_iterations;
     result = iterate(x, tolerance, enough);
+    // Inverses of blocks do not suffice where stiff fibers share cells and the penalty is large.
+    if (approximate && (!result.converged || age_.effort > most_effort)) exact_factor_ = true;
     if (!result.converged && lags && renew_factor()) {
       const int before = result.iterations;
       result = iterate(x, tolerance, parameters_.krylov_iterations);

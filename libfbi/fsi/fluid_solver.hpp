@@ -29,7 +29,7 @@ bool solves_directly(const SolverParameters& parameters, const fluid::FluidField
 /// Solves with the tangent of the fluid at its linearisation point, with or without fibers.
 ///
 /// Iterative: FGMRES with a pressure-splitting block preconditioner. The velocity block is (W^-1 + M^T S^-1 M)^-1 with
-/// the diagonal W of VelocityWeight, by Woodbury; it is applied before and after the pressure operator, the Laplacian
+/// the diagonal W of VelocityWeight, by Woodbury; it is applied after the pressure operator, the Laplacian
 /// divided by rho sigma with a Robin condition at open faces, which is solved exactly on boxes and by one multigrid
 /// cycle elsewhere; mu times the inverse lumped mass is added to it. With the pressure projection its action on smooth
 /// pressures, a Laplacian with coefficient c h^2/12, is part of the pressure operator. The continuity rows are scaled
@@ -102,6 +102,7 @@ class FluidSolver {
   double factor_sigma_ = -1.0;  // that the direct factors were made for
   std::unique_ptr<VelocityWeight> weight_;
   linalg::MultiplierFactor factor_;
+  bool exact_factor_ = false;  // from now on sparse factors in any case
   /// How the factor of the multipliers ages: it is kept while S and W change and iterations stay few.
   struct FactorAge {
     Index rows = -1;            // of this rank when it was made
@@ -110,7 +111,7 @@ class FluidSolver {
     double fresh_effort = 0.0;  // iterations a decade of the first solve after
     double effort = 0.0;        // of the last solve
   } age_;
-  linalg::VecHandle ghosted_, work_, work2_, scaled_;
+  linalg::VecHandle ghosted_, work_, scaled_;
   linalg::VecHandle pressure_right_, pressure_solution_;
   mutable std::vector<double> rows_;  // shape=(rows,3)
 

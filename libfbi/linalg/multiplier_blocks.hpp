@@ -22,6 +22,8 @@ class MultiplierBlocks {
   bool factorize(MultiplierRows m, const std::vector<InterfaceBlock>& s);
   /// b <- about T^-1 b, shape=(rows,3).
   void solve(double* b);
+  /// True where no column has rows of different blocks.
+  bool is_exact() const { return !couples_; }
   /// Entries of the inverses.
   GlobalIndex entries() const { return static_cast<GlobalIndex>(inverses_.size()); }
 

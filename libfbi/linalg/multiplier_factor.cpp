@@ -208,6 +208,10 @@ void MultiplierFactor::solve(double* b) const {
   std::copy(x.begin(), x.end(), b);
 }
 
+bool MultiplierFactor::is_approximate() const {
+  return implementation_->blocks != nullptr && !implementation_->blocks->is_exact();
+}
+
 GlobalIndex MultiplierFactor::factor_entries() const {
   if (implementation_->blocks != nullptr) return implementation_->blocks->entries();
   return implementation_->factor != nullptr ? static_cast<GlobalIndex>(implementation_->common.lnz) : 0;

@@ -95,8 +95,9 @@ BENCHMARK(search)->Apply([](auto* b) { perf::fixed(b, 20); });
 struct Multipliers {
   linalg::MultiplierRows rows;
   std::vector<double> law;
+  std::vector<double> dense;  // one block of S for all fibers: that they move does not change the work
   std::vector<linalg::InterfaceBlock> blocks;
-  explicit Multipliers(Canopy& c) {
+  Multipliers(Canopy& c, bool moving) {
     c.coupling.update(c.dofs);
     const double volume = 13.0 / (480 * 32 * 32), dt = 2e-4;
     rows = coupling::complete_rows(
@@ -105,39 +106,56 @@ struct Multipliers {
     law.assign(9 * static_cast<std::size_t>(c.coupling.rows()), 0.0);
     for (Index p = 0; p < c.coupling.rows(); ++p)
       for (int i = 0; i < 3; ++i) law[9 * static_cast<std::size_t>(p) + 4 * i] = c.coupling.kappa()[p] / 100.0;
-    blocks = {{0, c.coupling.rows(), nullptr, law.data()}};
+    if (!moving) {
+      blocks = {{0, c.coupling.rows(), nullptr, law.data()}};
+      return;
+    }
+    Index most = 0;
+    for (Index f = 0; f < c.scene.fibers.fibers(); ++f)
+      most = std::max(most, c.coupling.first_row_of(f + 1) - c.coupling.first_row_of(f));
+    dense.assign(9 * static_cast<std::size_t>(most) * most, 0.0);
+    for (Index i = 0; i < 3 * most; ++i) dense[static_cast<std::size_t>(3 * most + 1) * i] = 1e-3;
+    for (Index f = 0; f < c.scene.fibers.fibers(); ++f)
+      blocks.push_back({c.coupling.first_row_of(f), c.coupling.first_row_of(f + 1) - c.coupling.first_row_of(f),
+                        dense.data(), nullptr});
   }
 };
 
-/// Counted from the entries l of the factor with n rows, as if they were spread evenly: l^2/n flops, the factor once.
+/// Counted from the entries l of the factor with n rows. Fixed fibers: as if they were spread evenly, l^2/n flops, the
+/// factor once. Moving ones (1): inverses of blocks of l/n rows, the blocks in and out.
 void factorize(benchmark::State& state) {
   Canopy& c = canopy(false);
-  const Multipliers multipliers(c);
+  const bool moving = state.range(0) != 0;
+  const Multipliers multipliers(c, moving);
   linalg::MultiplierFactor factor;
   factor.factorize(multipliers.rows, multipliers.blocks);
   const double entries = static_cast<double>(factor.factor_entries()), n = 3.0 * c.coupling.rows();
   perf::measure(state, c.scene.comm, [&] { factor.factorize(multipliers.rows, multipliers.blocks); },
-                {12 * entries, n > 0 ? entries * entries / n : 0.0});
+                {(moving ? 2 * 8 : 12) * entries, n > 0 ? entries * entries / n : 0.0});
   state.counters["entries"] = c.scene.comm.sum(entries);
 }
-BENCHMARK(factorize)->Apply([](auto* b) { perf::fixed(b, 5); });
+BENCHMARK(factorize)->Apply([](auto* b) { perf::fixed(b->ArgName("moving")->Arg(0)->Arg(1), 5); });
 
-/// The factor read forward and backward, 12 bytes and 2 flops an entry.
+/// Fixed fibers: the factor read forward and backward, 12 bytes and 2 flops an entry. Moving ones (1): the inverses
+/// three times at 8 bytes and 2 flops, M four times at 8 bytes and 6 flops.
 void factor_solve(benchmark::State& state) {
   Canopy& c = canopy(false);
-  const Multipliers multipliers(c);
+  const bool moving = state.range(0) != 0;
+  const Multipliers multipliers(c, moving);
   linalg::MultiplierFactor factor;
   factor.factorize(multipliers.rows, multipliers.blocks);
   const double entries = static_cast<double>(factor.factor_entries());
+  const double m = static_cast<double>(multipliers.rows.value.size());
   std::vector<double> b(3 * static_cast<std::size_t>(c.coupling.rows()), 1.0);
   perf::measure(state, c.scene.comm,
                 [&] {
                   std::fill(b.begin(), b.end(), 1.0);
                   factor.solve(b.data());
                 },
-                {2 * 12 * entries, 2 * 2 * entries});
+                {moving ? 3 * 8 * entries + 4 * 8 * m : 2 * 12 * entries,
+                 moving ? 3 * 2 * entries + 4 * 6 * m : 2 * 2 * entries});
 }
-BENCHMARK(factor_solve)->Apply([](auto* b) { perf::fixed(b, 20); });
+BENCHMARK(factor_solve)->Apply([](auto* b) { perf::fixed(b->ArgName("moving")->Arg(0)->Arg(1), 20); });
 
 /// Fibers of five elements in 10^6 cells: time must be linear in the fibers.
 void many_fibers(benchmark::State& state) {
