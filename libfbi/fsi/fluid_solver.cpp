@@ -20,6 +20,7 @@ constexpr double robin = 3.0;  // Robin coefficient of the pressure operator at 
 constexpr int single_restart = 40;
 constexpr double tired_effort = 1.5;        // iterations with a factor that lags, against those when it was new
 constexpr double most_effort = 8.0;         // iterations a decade, then blocks give way to sparse factors
+constexpr int few_iterations = 15;          // of a solve that says nothing about its effort
 constexpr double other_sigma = 0.25;        // change of 1/dt after which a factor is not that of the problem any more
 constexpr int tired_iterations = 40;        // of one solve, then it is renewed
 constexpr double loose_tolerance = 3e-3;    // above, one sweep of the velocity block in an iteration is fastest
@@ -458,7 +459,11 @@ linalg::KrylovResult FluidSolver::solve(Vec b, Vec x, double tolerance) {
                             : parameters_.krylov_iterations;
     result = iterate(x, tolerance, enough);
     // Inverses of blocks do not suffice where stiff fibers share cells and the penalty is large.
-    if (approximate && (!result.converged || age_.effort > most_effort)) exact_factor_ = true;
+    const bool slow = result.iterations > few_iterations && age_.effort > most_effort;
+    if (approximate && (!result.converged || slow)) {
+      exact_factor_ = true;
+      count("multiplier blocks given up");
+    }
     if (!result.converged && lags && renew_factor()) {
       const int before = result.iterations;
       result = iterate(x, tolerance, parameters_.krylov_iterations);
