@@ -78,6 +78,21 @@ TEST(Skipped, MovingFibersNeedEverything) {
   EXPECT_EQ(work["pressure setups"], 1);
 }
 
+/// Twelve fibers in a few cells: soft ones need no sparse factors, stiff ones under a large penalty and step do, and both
+/// get through.
+TEST(Skipped, SparseFactorsAreMadeWhereBlocksDoNotSuffice) {
+  const auto many = [](const std::string& changes) {
+    Json json = scene(changes);
+    json["fibers"][0]["array"] = parse_json(R"({ "counts": [6, 1, 2], "spacing": [0.03, 0, 0.03] })");
+    return json;
+  };
+  EXPECT_EQ(Work(many("{}"))["multiplier blocks given up"], 0);
+  Json stiff = many(R"({ "solver": { "krylov_tolerance": 1e-4, "newton_tolerance": 1e-3 },
+                         "coupling": { "penalty": 1e5 }, "time": { "step": 0.2, "end": 1.0 } })");
+  stiff["fibers"][0]["material"]["young"] = 1e12;
+  EXPECT_EQ(Work(stiff)["multiplier blocks given up"], 1);
+}
+
 TEST(Skipped, WithoutFibersNothingIsSearchedOrKept) {
   const Work work(flow(), [](CoupledCase& coupled) { EXPECT_FALSE(coupled.system().is_coupled()); });
   for (const char* what : {"searches", "builds of M", "elements cut", "multiplier factorizations"})
