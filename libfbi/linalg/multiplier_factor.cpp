@@ -172,12 +172,13 @@ bool MultiplierFactor::factorize(MultiplierRows m, const std::vector<InterfaceBl
   Implementation& self = *implementation_;
   self.clear();
   self.size = 3 * m.rows();
+  const bool by_blocks = self.size > 0 && !exact && MultiplierBlocks::suits(m, s);
+  if (!by_blocks) self.blocks.reset();
   if (self.size == 0) return true;
-  if (!exact && MultiplierBlocks::suits(m, s)) {
+  if (by_blocks) {
     if (self.blocks == nullptr) self.blocks = std::make_unique<MultiplierBlocks>();
     return self.blocks->factorize(std::move(m), s);
   }
-  self.blocks.reset();
   self.t = assemble(m, s);
   for (Index k = 0; k < self.t.nonZeros(); ++k)
     if (!std::isfinite(self.t.valuePtr()[k])) return false;
