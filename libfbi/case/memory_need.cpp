@@ -14,8 +14,10 @@ namespace {
 
 // Bytes, from measured peaks.
 constexpr double per_rank = 6.0e7;
-constexpr double per_box_node = 3500.0, per_general_node = 5000.0;  // about 60 vectors of four unknowns among it
-constexpr double per_fiber_node = 20000.0;
+// Single precision: with 30 Krylov iterations; twofold: with 60 vectors of four doubles.
+constexpr double per_box_node = 2000.0, per_general_node = 4000.0;
+constexpr double twofold_per_box_node = 3500.0, twofold_per_general_node = 5000.0;
+constexpr double per_fiber_node = 25000.0;
 constexpr double reference_per_node = 40000.0;  // the matrix, its sum with the multiplier term, ILU factors
 constexpr double entries_per_unknown = 6000.0;  // lists of entries and two matrices of a direct solution
 // Factors of n unknowns by nested dissection, of which s lie in the smallest cut through the mesh.
@@ -54,7 +56,9 @@ MemoryNeed memory_need(const Setup& setup, bool direct) {
   if (setup.fluid_mesh == nullptr) return need;
   const mesh::HexMesh& mesh = *setup.fluid_mesh;
   const double nodes = static_cast<double>(mesh.global_nodes), unknowns = 4.0 * nodes;
-  need.fluid = (mesh.box ? per_box_node : per_general_node) * nodes;
+  const bool single = setup.parameters.solver.precision == fsi::Precision::mixed && setup.fluid->has_single_precision();
+  need.fluid = single ? (mesh.box ? per_box_node : per_general_node) * nodes
+                      : (mesh.box ? twofold_per_box_node : twofold_per_general_node) * nodes;
   if (setup.parameters.solver.linear == fsi::LinearSolver::reference) need.factors = reference_per_node * nodes;
   if (!direct) return need;
   const double factors = factor_per_unknown * std::sqrt(4.0 * smallest_cut(mesh)) * unknowns;

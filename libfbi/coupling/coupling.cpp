@@ -7,6 +7,7 @@
 #include "base/counters.hpp"
 #include "base/error.hpp"
 #include "base/log.hpp"
+#include "base/node_vector.hpp"
 #include "base/timer.hpp"
 #include "coupling/cutting.hpp"
 #include "coupling/fiber_side.hpp"
@@ -332,6 +333,13 @@ void Coupling::interpolate(const T* nodal, int stride, double* out) const {
   const LocalM& m = implementation_->m;
   std::vector<double> touched(3 * m.row.size());
   for (std::size_t i = 0; i < m.row.size(); ++i) {
+    if (stride == 4) {
+      NodeVector<T> sum = {};
+      for (Index k = m.begin[i]; k < m.begin[i + 1]; ++k)
+        sum += static_cast<T>(m.value[k]) * load_node(nodal + 4 * static_cast<std::size_t>(m.node[k]));
+      for (int c = 0; c < 3; ++c) touched[3 * i + c] = sum[c];
+      continue;
+    }
     T sum[3] = {0, 0, 0};
     for (Index k = m.begin[i]; k < m.begin[i + 1]; ++k) {
       const T* v = nodal + static_cast<std::size_t>(m.node[k]) * stride;
@@ -348,11 +356,22 @@ void Coupling::spread(const double* lambda, int stride, T* nodal, double scale) 
   const LocalM& m = implementation_->m;
   std::vector<double> touched(3 * m.row.size(), 0.0);
   implementation_->rows->copy_from_owners(lambda, 3, touched.data());
-  for (std::size_t i = 0; i < m.row.size(); ++i)
+  for (std::size_t i = 0; i < m.row.size(); ++i) {
+    const double* l = &touched[3 * i];
+    if (stride == 4) {
+      const NodeVector<T> force = {static_cast<T>(scale * l[0]), static_cast<T>(scale * l[1]),
+                                   static_cast<T>(scale * l[2]), T(0)};
+      for (Index k = m.begin[i]; k < m.begin[i + 1]; ++k) {
+        T* f = nodal + 4 * static_cast<std::size_t>(m.node[k]);
+        store_node<T>(load_node(f) + static_cast<T>(m.value[k]) * force, f);
+      }
+      continue;
+    }
     for (Index k = m.begin[i]; k < m.begin[i + 1]; ++k) {
       T* f = nodal + static_cast<std::size_t>(m.node[k]) * stride;
-      for (int c = 0; c < 3; ++c) f[c] += static_cast<T>(scale * m.value[k] * touched[3 * i + c]);
+      for (int c = 0; c < 3; ++c) f[c] += static_cast<T>(scale * m.value[k] * l[c]);
     }
+  }
 }
 
 template void Coupling::interpolate(const double*, int, double*) const;

@@ -209,13 +209,23 @@ inline void gather_row(const float* array, Index first, BatchOf<float>* out) {
   std::memcpy(four.q, array + 4 * static_cast<std::ptrdiff_t>(first), sizeof(four.q));
   four.to_batches(out);
 }
-inline void scatter_add_row(const BatchOf<float>* in, Index first, float* array) {
-  FourOfSixteen four, sum;
-  four.from_batches(in);
+
+/// The transposed operation for both ends of the edges of a row of cells: the i-th of the `low` nodes is `first` + i,
+/// that of the `high` ones is `first` + i + 1. Every node is read and written once.
+inline void scatter_add_edges(const BatchOf<float>* low, const BatchOf<float>* high, Index first, float* array) {
+  const auto shifted = [](const detail::SixteenFloats& before, const detail::SixteenFloats& here) {
+    return __builtin_shufflevector(before, here, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27);
+  };
+  FourOfSixteen a, b, sum;
+  a.from_batches(low);
+  b.from_batches(high);
   float* p = array + 4 * static_cast<std::ptrdiff_t>(first);
   std::memcpy(sum.q, p, sizeof(sum.q));
-  for (int k = 0; k < 4; ++k) sum.q[k] += four.q[k];
+  sum.q[0] += a.q[0] + shifted(detail::SixteenFloats{}, b.q[0]);
+  for (int k = 1; k < 4; ++k) sum.q[k] += a.q[k] + shifted(b.q[k - 1], b.q[k]);
   std::memcpy(p, sum.q, sizeof(sum.q));
+  const detail::FourFloats last = detail::load_four(p + 64) + __builtin_shufflevector(b.q[3], b.q[3], 12, 13, 14, 15);
+  std::memcpy(p + 64, &last, sizeof(last));
 }
 
 }  // namespace fbi::fem

@@ -133,6 +133,8 @@ Boundaries::Boundaries(const mesh::HexMesh& mesh, const BoundaryConditions& cond
     NormalConstraint constraint = make_constraint(leaning, &is_dirichlet_[4 * static_cast<std::size_t>(at.node)]);
     if (!constraint.direction.empty()) constraints_.push_back(std::move(constraint));
   }
+  for (std::size_t k = 0; k < 4 * static_cast<std::size_t>(mesh.owned_nodes); ++k)
+    if (is_dirichlet_[k] != 0) fixed_.push_back(k);
   has_timed_velocity_ = mesh.comm.any(timed);
 }
 

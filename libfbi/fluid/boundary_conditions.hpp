@@ -26,6 +26,8 @@ class Boundaries {
 
   /// 1 for given unknowns, shape=(nodes,4).
   const std::vector<char>& is_dirichlet() const { return is_dirichlet_; }
+  /// Given unknowns of owned nodes, ascending.
+  const std::vector<std::size_t>& fixed() const { return fixed_; }
   /// Zero normal velocities that are not single components, ascending local nodes.
   const std::vector<NormalConstraint>& constraints() const { return constraints_; }
   /// Some given velocity depends on time, on some rank.
@@ -102,6 +104,7 @@ class Boundaries {
   double density_;
   std::vector<Condition> conditions_;
   std::vector<char> is_dirichlet_;
+  std::vector<std::size_t> fixed_;
   struct Given {
     std::size_t unknown;
     const input::Expression* formula;  // null: zero

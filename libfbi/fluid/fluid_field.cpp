@@ -7,6 +7,7 @@
 #include "base/counters.hpp"
 #include "base/error.hpp"
 #include "base/log.hpp"
+#include "base/node_vector.hpp"
 #include "base/timer.hpp"
 #include "fem/hex8.hpp"
 #include "fluid/fluid_field_parts.hpp"
@@ -109,13 +110,18 @@ void FluidField::Implementation::evaluate_body_force(double t) {
 // v' - sigma v of the rate formula, minus b.
 void FluidField::Implementation::compute_rest() {
   LocalArray now(accepted), earlier(previous), a(rate);
-  for (std::size_t k = 0; k < unknowns(); ++k)
-    rest[k] = k % 4 == 3 ? 0.0
-                         : formula.before * (earlier[k] - now[k]) - formula.sigma * now[k] + formula.rate * a[k] -
-                               (body_force.empty() ? 0.0 : body_force[k]);
+  const NodeVector<double> zero = {};
+  for (std::size_t k = 0; k < unknowns(); k += 4) {
+    const NodeVector<double> v = load_node(now.data() + k);
+    NodeVector<double> value = formula.before * (load_node(earlier.data() + k) - v) - formula.sigma * v +
+                               formula.rate * load_node(a.data() + k);
+    if (!body_force.empty()) value -= load_node(&body_force[k]);
+    store_node(three_and_one<double>(value, zero), &rest[k]);
+  }
 }
 
 void FluidField::Implementation::update_tau() {
+  single_is_new = false;
   // Without convection tau depends on the time step alone.
   const bool constant = parameters.convective_form == ConvectiveForm::none;
   if (constant && tau_sigma == formula.sigma && tau_dt == dt) return;
@@ -131,6 +137,7 @@ void FluidField::Implementation::update_tau() {
 
 void FluidField::set_linearization(Linearization linearization) {
   Implementation& f = *implementation_;
+  f.single_is_new = false;
   f.convection = linearization;
   f.cells.set_frozen(linearization != Linearization::newton);
   f.boundaries.set_frozen(linearization != Linearization::newton);
@@ -140,6 +147,7 @@ void FluidField::update_tau() { implementation_->update_tau(); }
 
 void FluidField::set_pseudo_time(double sigma) {
   Implementation& f = *implementation_;
+  f.single_is_new = false;
   f.formula = {sigma, 0.0, 0.0};
   f.cells.set_step(sigma, 0.0);
   LocalArray u(f.iterate);
@@ -150,6 +158,7 @@ void FluidField::set_pseudo_time(double sigma) {
 void FluidField::begin_step(double time, double dt) {
   const Timed timed("fluid begin step");
   Implementation& f = *implementation_;
+  f.single_is_new = false;
   f.dt = f.steady() ? 0.0 : dt;
   const bool by_bdf2 = f.time_parameters.scheme == TimeScheme::bdf2;
   f.theta = f.steady() || f.startup_left > 0 || by_bdf2 ? 1.0 : f.time_parameters.theta;
@@ -179,11 +188,14 @@ void FluidField::accept_step() {
   LocalArray u(f.iterate), now(f.accepted), before(f.previous), a(f.rate);
   if (f.steady()) f.formula = {};
   const RateFormula& formula = f.formula;
-  for (std::size_t k = 0; k < f.unknowns(); ++k) {
-    a[k] = k % 4 == 3 ? 0.0
-                      : formula.sigma * (u[k] - now[k]) + formula.before * (before[k] - now[k]) + formula.rate * a[k];
-    before[k] = now[k];
-    now[k] = u[k];
+  const NodeVector<double> zero = {};
+  for (std::size_t k = 0; k < f.unknowns(); k += 4) {
+    const NodeVector<double> v = load_node(u.data() + k), old = load_node(now.data() + k);
+    const NodeVector<double> rate = formula.sigma * (v - old) + formula.before * (load_node(before.data() + k) - old) +
+                                    formula.rate * load_node(a.data() + k);
+    store_node(three_and_one<double>(rate, zero), a.data() + k);
+    store_node(old, before.data() + k);
+    store_node(v, now.data() + k);
   }
   f.previous_dt = f.dt;
   f.accepted_steps += 1;
@@ -192,6 +204,7 @@ void FluidField::accept_step() {
 
 void FluidField::increment(Vec delta) {
   Implementation& f = *implementation_;
+  f.single_is_new = false;
   FBI_PETSC(VecAXPY(f.iterate, 1.0, delta));
   update_ghosts(f.iterate);
   // With the convecting velocity of earlier steps tau is theirs too: the equations stay linear.
@@ -202,32 +215,38 @@ void FluidField::increment(Vec delta) {
 
 // With a given convecting velocity a the residual is affine in u: R(a) + dR/du (u - a) with the tangent that leaves the
 // derivative of a out. Both have the boundary values of the step.
-void FluidField::Implementation::sum_residual() {
+void FluidField::Implementation::sum_residual(const std::function<void(double*)>& add, bool linearize) {
   {
     const bool affine = convection == Linearization::extrapolated;
     LocalArray u(iterate), a(linearization), w(work), s(sum);
     const double* at = affine ? a.data() : u.data();
     std::fill_n(s.data(), unknowns(), 0.0);
-    cells.add_residual(at, rest.data(), s.data());
+    single_is_new = linearize && single != nullptr && !affine;
+    if (single_is_new)
+      single->linearize_with_residual(at, rest.data(), s.data());
+    else
+      cells.add_residual(at, rest.data(), s.data());
     boundaries.add_residual(at, s.data());
     if (affine) {
       for (std::size_t k = 0; k < unknowns(); ++k) w[k] = u[k] - a[k];
       cells.add_tangent(at, rest.data(), w.data(), s.data());
       boundaries.add_tangent(at, w.data(), s.data());
     }
+    if (add) add(s.data());
   }
   add_ghosts(sum);
 }
 
-void FluidField::residual(Vec r) {
+void FluidField::residual(Vec r, const std::function<void(double*)>& add, bool linearize) {
   const Timed timed("fluid residual");
   count("fluid residuals");
   Implementation& f = *implementation_;
-  f.sum_residual();
+  f.sum_residual(add, linearize);
   LocalArray s(f.sum);
   PetscScalar* out = nullptr;
   FBI_PETSC(VecGetArrayWrite(r, &out));
-  for (std::size_t k = 0; k < f.owned(); ++k) out[k] = f.boundaries.is_dirichlet()[k] ? 0.0 : s[k];
+  std::copy_n(s.data(), f.owned(), out);
+  for (const std::size_t k : f.boundaries.fixed()) out[k] = 0.0;
   f.boundaries.remove_normal(out, f.mesh.owned_nodes);
   FBI_PETSC(VecRestoreArrayWrite(r, &out));
 }
@@ -297,8 +316,11 @@ SingleTangent* FluidField::single_tangent() {
   if (f.cells.is_extended()) return nullptr;
   const Timed timed("fluid linearisation");
   if (!f.single) f.single = std::make_unique<SingleTangent>(f.mesh, f.cells, f.boundaries);
-  LocalArray u(f.linearization);
-  f.single->linearize(u.data(), f.rest.data());
+  if (!f.single_is_new) {
+    LocalArray u(f.linearization);
+    f.single->linearize(u.data(), f.rest.data());
+  }
+  f.single_is_new = false;
   return f.single.get();
 }
 
@@ -371,6 +393,7 @@ bool FluidField::is_linear() const {
   const Implementation& f = *implementation_;
   return f.parameters.convective_form == ConvectiveForm::none && !f.boundaries.has_backflow();
 }
+bool FluidField::has_single_precision() const { return !implementation_->cells.is_extended(); }
 bool FluidField::is_steady() const { return implementation_->steady(); }
 double FluidField::theta() const { return implementation_->theta; }
 Vec FluidField::iterate() { return implementation_->iterate; }

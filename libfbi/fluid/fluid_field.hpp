@@ -72,7 +72,9 @@ class FluidField {
   void increment(Vec delta);
 
   /// r = R(iterate) on owned rows, zero in Dirichlet rows. Collective.
-  void residual(Vec r);
+  /// @param add  adds further forces to local nodes (owned, then ghosts), shape=(nodes,4); may be null
+  /// @param linearize  the iterate will be linearised before it changes: single_tangent() has less to do then
+  void residual(Vec r, const std::function<void(double*)>& add = nullptr, bool linearize = false);
   /// The consistent nodal reactions: R(iterate) on all rows, Dirichlet rows included. Collective.
   void reactions(Vec r);
   /// The same without tractions, pressures and backflow on faces: what cells and boundary exchange. Collective.
@@ -85,6 +87,7 @@ class FluidField {
   /// The same tangent in single precision, taken at the state of the last linearize(); null for equations that it does
   /// not have (SingleTangent). Every call takes it anew. Collective.
   SingleTangent* single_tangent();
+  bool has_single_precision() const;  ///< these equations have it
   /// The same tangent as an AIJ matrix of block size 4 (block structure of the mesh), from the same kernel. Every call
   /// returns the same PETSc matrix with new values (pattern and communication are kept). Collective.
   linalg::MatHandle assemble_jacobian();

@@ -42,7 +42,7 @@ struct FluidField::Implementation {
   void evaluate_body_force(double t);
   void compute_rest();
   void update_tau();
-  void sum_residual();
+  void sum_residual(const std::function<void(double*)>& add = nullptr, bool linearize = false);
   double largest_speed(Vec u);
 
   const mesh::HexMesh& mesh;
@@ -59,6 +59,7 @@ struct FluidField::Implementation {
   std::vector<double> lumped_volume;
   std::unique_ptr<NodeMatrix> jacobian;
   std::unique_ptr<SingleTangent> single;
+  bool single_is_new = false;  // it is that of the iterate
   bool pressure_is_free = false;
   double smallest_cell = 0.0;
   RateFormula formula;

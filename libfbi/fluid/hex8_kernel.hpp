@@ -126,10 +126,11 @@ inline Batch cell_mean(const Geometry& geometry, const Batch* value) {
 /// @param u             corner values (v, p), shape=(4,8) by corner bits; overwritten by the modes
 /// @param acceleration  dv/dt - b - sigma v at the corners, shape=(3,8); overwritten
 /// @param out           shape=(4,8)
-template <class Geometry, Equations E>
+/// @param look          called with every point's number, state and coefficients
+template <class Geometry, Equations E, class Look>
 [[gnu::flatten]] inline void hex8_residual(const typename Geometry::Cells& cells, const KernelConstants& constants,
                                            const BatchTau* tau, Batch (*u)[8], Batch (*acceleration)[8],
-                                           Batch (*out)[8]) {
+                                           Batch (*out)[8], const Look& look) {
   const Geometry geometry(cells);
   const FieldAtPoints<E.viscous_residual> field(u);
   Batch rest[3][8];
@@ -154,8 +155,14 @@ template <class Geometry, Equations E>
     }
     navier_stokes<E>(s, c, flux);
     integral.set(at, q, flux);
+    look(q, s, c);
   }
   integral.integrate(out);
+}
+template <class Geometry, Equations E>
+inline void hex8_residual(const typename Geometry::Cells& cells, const KernelConstants& constants, const BatchTau* tau,
+                          Batch (*u)[8], Batch (*acceleration)[8], Batch (*out)[8]) {
+  hex8_residual<Geometry, E>(cells, constants, tau, u, acceleration, out, [](int, const auto&, const auto&) {});
 }
 
 /// The state at which a tangent is taken, on eight cells.

@@ -17,12 +17,15 @@ inline void gather(const LinearCells::Nodes& batch, const float* array, Single (
 }
 
 inline void scatter(const LinearCells::Nodes& batch, const Single (*in)[8], const Single& scale, float* array) {
-  for (int a = 0; a < 8; ++a) {
-    const Single four[4] = {in[0][a], in[1][a], in[2][a], scale * in[3][a]};
-    if (batch.row)
-      fem::scatter_add_row(four, batch.node[a][0], array);
-    else
-      fem::scatter_add_four(four, batch.node[a].data(), batch.lanes, array);
+  for (int a = 0; a < 8; a += 2) {
+    const Single low[4] = {in[0][a], in[1][a], in[2][a], scale * in[3][a]};
+    const Single high[4] = {in[0][a + 1], in[1][a + 1], in[2][a + 1], scale * in[3][a + 1]};
+    if (batch.row) {
+      fem::scatter_add_edges(low, high, batch.node[a][0], array);
+      continue;
+    }
+    fem::scatter_add_four(low, batch.node[a].data(), batch.lanes, array);
+    fem::scatter_add_four(high, batch.node[a + 1].data(), batch.lanes, array);
   }
 }
 

@@ -16,7 +16,8 @@ struct LinearCells {
     /// [corner bits][lane]; the i-th cell is in lane_of_sixteen(i), spare lanes repeat the last cell.
     std::array<std::array<Index, batch_lanes>, 8> node;
     int lanes;
-    bool row;  ///< a row of cells: nodes at each corner follow each other
+    /// A row of cells: nodes at each corner follow each other, from those of every second corner the next ones on.
+    bool row;
   };
   KernelConstants constants;
   float continuity_scale = 1.0f;  ///< of the continuity rows

@@ -45,6 +45,8 @@ class Operator {
   LinearCells linear_cells() const;
   /// The state of the tangent at u with the present tau and step.
   void linearize(const double* u, const double* rest, LinearCells& linear) const;
+  /// add_residual and linearize at the same u, in less time than one after the other.
+  void add_residual_and_linearize(const double* u, const double* rest, double* r, LinearCells& linear) const;
   /// Calls visit(cell, m) with the 32 x 32 element tangent of each local cell: m[4 a + i][4 b + j], a, b in hex8 order.
   using ElementMatrix = std::array<std::array<double, 32>, 32>;
   void visit_tangents(const double* u, const double* rest,
@@ -83,7 +85,13 @@ class Operator {
   void dispatch(const Action& action) const;
   template <class Geometry>
   const std::vector<typename Geometry::Cells>& geometry() const;
-  void keep_state(std::size_t batch, const Batch (*modes)[8], const Batch (*momentum)[8], LinearCells& linear) const;
+  /// What the tangent needs of a batch.
+  struct HalfState {
+    Batch modes[4][8];     // of v and p
+    Batch momentum[3][8];  // r_M at the points
+  };
+  /// Keeps the state of a batch and of the one before, halves[batch % 2] and the other one, once both are known.
+  void keep_state(std::size_t batch, const HalfState* halves, LinearCells& linear) const;
   void gather(const CellBatch& batch, const double* array, Batch (*out)[8]) const;
   void scatter(const CellBatch& batch, const Batch (*in)[8], double* array) const;
   void center_velocity(Index cell, const double* u, double* velocity) const;

@@ -26,7 +26,8 @@ LinearCells Operator::linear_cells() const {
       const int at = cell % batch_size;
       for (int a = 0; a < 8; ++a) {
         linear.nodes[b].node[a][lane] = batches_[from].node[a][at];
-        if (batches_[from].node[a][at] != linear.nodes[b].node[a][0] + i) linear.nodes[b].row = false;
+        const Index first = linear.nodes[b].node[a & ~1][0] + (a & 1);
+        if (batches_[from].node[a][at] != first + i) linear.nodes[b].row = false;
       }
       if (is_box()) {
         for (int d = 0; d < 3; ++d) linear.box[b].scale[d].set(lane, static_cast<float>(box_[from].scale[d][at]));
@@ -43,38 +44,30 @@ LinearCells Operator::linear_cells() const {
 
 namespace {
 
-/// The order of lane_of_sixteen, from cells one after the other.
-void reorder(fem::BatchOf<float>& batch) {
-  batch.v = __builtin_shufflevector(batch.v, batch.v, 0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15);
-}
-
-/// The lanes of a batch of eight as one half of a batch of sixteen.
-void put(const Batch& from, int half, fem::BatchOf<float>& to) {
+/// Two batches of eight as one of sixteen, in the order of lane_of_sixteen.
+void join(const Batch& low, const Batch& high, fem::BatchOf<float>& to) {
   using HalfVector = float __attribute__((vector_size(32)));
-  const HalfVector narrow = __builtin_convertvector(from.v, HalfVector);
-  std::memcpy(reinterpret_cast<char*>(&to) + half * sizeof(HalfVector), &narrow, sizeof(HalfVector));
+  const HalfVector a = __builtin_convertvector(low.v, HalfVector), b = __builtin_convertvector(high.v, HalfVector);
+  to.v = __builtin_shufflevector(a, b, 0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15);
 }
 
 }  // namespace
 
-void Operator::keep_state(std::size_t b, const Batch (*modes)[8], const Batch (*momentum)[8],
-                          LinearCells& linear) const {
+void Operator::keep_state(std::size_t b, const HalfState* halves, LinearCells& linear) const {
+  // An even batch waits for the next one. The last one may be alone: it takes the place of the other half, too, whose
+  // numbers nobody reads, but they are numbers.
+  const bool alone = b % 2 == 0;
+  if (alone && b + 1 < batches_.size()) return;
   LinearState<fem::BatchOf<float>>& to = linear.state[b / 2];
-  // A half without a batch of its own takes the last one: numbers that nobody reads, but numbers.
-  const bool alone = b % 2 == 0 && b + 1 == batches_.size();
-  const bool full = b % 2 == 1 || alone;
-  const auto keep = [&](const Batch& from, fem::BatchOf<float>& target) {
-    put(from, static_cast<int>(b % 2), target);
-    if (alone) put(from, 1, target);
-    if (full) reorder(target);
-  };
-  keep(tau(b)->convection, to.tau[0]);
-  keep(tau(b)->pressure, to.tau[1]);
-  keep(tau(b)->divergence, to.tau[2]);
+  const BatchTau &low_tau = *tau(b - b % 2), &high_tau = *tau(b);
+  join(low_tau.convection, high_tau.convection, to.tau[0]);
+  join(low_tau.pressure, high_tau.pressure, to.tau[1]);
+  join(low_tau.divergence, high_tau.divergence, to.tau[2]);
+  const HalfState &low = halves[0], &high = halves[alone ? 0 : 1];
   for (int i = 0; i < 3; ++i)
     for (int m = 0; m < 8; ++m) {
-      keep(modes[i][m], to.velocity[i][m]);
-      keep(momentum[i][m], to.residual[i][m]);
+      join(low.modes[i][m], high.modes[i][m], to.velocity[i][m]);
+      join(low.momentum[i][m], high.momentum[i][m], to.residual[i][m]);
     }
 }
 
@@ -82,8 +75,10 @@ void Operator::linearize(const double* u, const double* rest, LinearCells& linea
   linear.constants = constants_;
   dispatch([&]<class Geometry, Equations E>() {
     const auto& cells = this->geometry<Geometry>();
+    HalfState halves[2];
     for (std::size_t b = 0; b < batches_.size(); ++b) {
-      Batch values[4][8], acceleration[4][8], momentum[3][8];
+      Batch acceleration[4][8];
+      Batch(*values)[8] = halves[b % 2].modes, (*momentum)[8] = halves[b % 2].momentum;
       gather(batches_[b], u, values);
       gather(batches_[b], rest, acceleration);
       const Geometry geometry(cells[b]);
@@ -99,7 +94,29 @@ void Operator::linearize(const double* u, const double* rest, LinearCells& linea
           momentum[i][q] = momentum_residual<E>(s, c, scaled, i);
         }
       }
-      keep_state(b, values, momentum, linear);
+      keep_state(b, halves, linear);
+    }
+  });
+}
+
+void Operator::add_residual_and_linearize(const double* u, const double* rest, double* r, LinearCells& linear) const {
+  linear.constants = constants_;
+  dispatch([&]<class Geometry, Equations E>() {
+    const auto& cells = this->geometry<Geometry>();
+    HalfState halves[2];
+    for (std::size_t b = 0; b < batches_.size(); ++b) {
+      Batch acceleration[4][8], out[4][8];
+      Batch(*values)[8] = halves[b % 2].modes, (*momentum)[8] = halves[b % 2].momentum;
+      gather(batches_[b], u, values);
+      gather(batches_[b], rest, acceleration);
+      hex8_residual<Geometry, E>(cells[b], constants_, tau(b), values, acceleration, out,
+                                 [&](int q, const PointState<Batch>& s, const PointCoefficients<Batch>& c) {
+                                   for (int i = 0; i < 3; ++i)
+                                     momentum[i][q] =
+                                         momentum_residual<E>(s, c, Batch(c.density * inertia<E>(s, i)), i);
+                                 });
+      scatter(batches_[b], out, r);
+      keep_state(b, halves, linear);
     }
   });
 }

@@ -9,14 +9,19 @@
 namespace fbi::fluid {
 
 SingleTangent::SingleTangent(const mesh::HexMesh& mesh, const Operator& cells, const Boundaries& boundaries)
-    : mesh_(mesh), operator_(cells), boundaries_(boundaries), halo_(mesh), linear_(cells.linear_cells()) {
-  const std::vector<char>& fixed = boundaries.is_dirichlet();
-  for (std::size_t k = 0; k < 4 * static_cast<std::size_t>(mesh.owned_nodes); ++k)
-    if (fixed[k] != 0) fixed_.push_back(k);
-}
+    : mesh_(mesh), operator_(cells), boundaries_(boundaries), halo_(mesh), linear_(cells.linear_cells()) {}
 
 void SingleTangent::linearize(const double* u, const double* rest) {
   operator_.linearize(u, rest, linear_);
+  linearize_faces(u);
+}
+
+void SingleTangent::linearize_with_residual(const double* u, const double* rest, double* r) {
+  operator_.add_residual_and_linearize(u, rest, r, linear_);
+  linearize_faces(u);
+}
+
+void SingleTangent::linearize_faces(const double* u) {
   faces_.clear();
   boundaries_.visit_tangents(u, [&](Index cell, const Boundaries::Corners& corners, const Boundaries::FaceMatrix& m) {
     FaceTangent face;
@@ -42,7 +47,7 @@ void SingleTangent::remove_normal(float* values, Index nodes) const {
 
 void SingleTangent::finish(float* y) const {
   halo_.add_ghosts(y);
-  for (const std::size_t k : fixed_) y[k] = 0.0f;
+  for (const std::size_t k : boundaries_.fixed()) y[k] = 0.0f;
   remove_normal(y, mesh_.owned_nodes);
 }
 

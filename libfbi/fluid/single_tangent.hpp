@@ -25,6 +25,8 @@ class SingleTangent {
 
   /// Takes the tangent at u (nodal values, ghosts up to date) with the tau and the step of `cells`.
   void linearize(const double* u, const double* rest);
+  /// The same with the residual of the cells, r += R_cells(u), which costs less together.
+  void linearize_with_residual(const double* u, const double* rest, double* r);
   /// Factor of the continuity rows of all results; 1 if never called.
   void set_continuity_scale(double scale) { linear_.continuity_scale = static_cast<float>(scale); }
 
@@ -44,6 +46,7 @@ class SingleTangent {
     std::array<std::array<float, 12>, 12> matrix;
   };
   void finish(float* y) const;
+  void linearize_faces(const double* u);
 
   const mesh::HexMesh& mesh_;
   const Operator& operator_;
@@ -51,7 +54,6 @@ class SingleTangent {
   Halo halo_;
   LinearCells linear_;
   std::vector<FaceTangent> faces_;
-  std::vector<std::size_t> fixed_;  ///< owned Dirichlet unknowns
 };
 
 }  // namespace fbi::fluid

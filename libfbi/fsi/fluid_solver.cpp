@@ -4,8 +4,10 @@
 #include <cmath>
 
 #include "base/counters.hpp"
+#include "base/node_vector.hpp"
 #include "base/timer.hpp"
 #include "coupling/complete_rows.hpp"
+#include "fluid/boundary_conditions.hpp"
 #include "linalg/vector_access.hpp"
 
 namespace fbi::fsi {
@@ -376,41 +378,46 @@ bool FluidSolver::prepare(bool geometry_changed, bool interface_changed) {
 
 linalg::KrylovResult FluidSolver::solve_single(Vec b, Vec x, double tolerance, int maximum) {
   const std::size_t size = 4 * static_cast<std::size_t>(fluid_.mesh().owned_nodes);
-  const std::vector<char>& dirichlet = fluid_.is_dirichlet();
+  const std::vector<std::size_t>& fixed = fluid_.boundaries().fixed();
   single_right_.resize(size);
   single_solution_.resize(size);
   linalg::KrylovResult result;
   double norm = 0.0;
   FBI_PETSC(VecNorm(b, NORM_2, &norm));
-  FBI_PETSC(VecSet(x, 0.0));
   if (!(norm > 0.0) || !std::isfinite(norm)) {
+    FBI_PETSC(VecSet(x, 0.0));
     result.converged = norm == 0.0;
     result.relative_residual = norm;
     return result;
   }
   double residual = norm;
   const bool many_sweeps = tolerance < loose_tolerance || weight_->strength() > slow_flow;
-  FBI_PETSC(VecCopy(b, work_));
   for (int round = 0;; ++round) {
     {
-      Write right(work_);
-      fluid_.remove_normal(right.get(), fluid_.mesh().owned_nodes);
-      for (std::size_t k = 0; k < size; ++k)
-        single_right_[k] = dirichlet[k] != 0 ? 0.0f : static_cast<float>(right.get()[k] / residual);
+      Read right(round == 0 ? b : work_);
+      const double scale = 1.0 / residual;
+      for (std::size_t k = 0; k < size; ++k) single_right_[k] = static_cast<float>(scale * right.get()[k]);
+      for (const std::size_t k : fixed) single_right_[k] = 0.0f;
+      single_->remove_normal(single_right_.data(), fluid_.mesh().owned_nodes);
     }
     const double wanted = std::max(tolerance * norm / residual, single_digits);
     const linalg::KrylovResult part =
         single_->solve(single_right_.data(), single_solution_.data(), wanted, maximum - result.iterations, many_sweeps);
     result.iterations += part.iterations;
-    if (!std::isfinite(part.relative_residual)) return result;
+    if (!std::isfinite(part.relative_residual)) {
+      if (round == 0) FBI_PETSC(VecSet(x, 0.0));
+      return result;
+    }
     {
       Write to(x);
-      for (std::size_t k = 0; k < size; ++k) to.get()[k] += residual * single_solution_[k];
+      const float* solution = single_solution_.data();
       if (round == 0) {
         Read given(b);
-        for (std::size_t k = 0; k < size; ++k)
-          if (dirichlet[k] != 0) to.get()[k] = given.get()[k];
+        for (std::size_t k = 0; k < size; ++k) to.get()[k] = residual * solution[k];
+        for (const std::size_t k : fixed) to.get()[k] = given.get()[k];
         fluid_.set_normal(given.get(), to.get(), fluid_.mesh().owned_nodes);
+      } else {
+        for (std::size_t k = 0; k < size; ++k) to.get()[k] += residual * solution[k];
       }
     }
     // The iteration around this solve evaluates its residual in double precision: no need to do it here as well.
@@ -440,11 +447,12 @@ linalg::KrylovResult FluidSolver::solve(Vec b, Vec x, double tolerance) {
     remove_mean_pressure(x);
     return result;
   }
-  FBI_PETSC(VecCopy(b, scaled_));
   {
-    Write values(scaled_);
-    const double scale = continuity_scale();
-    for (Index a = 0; a < mesh.owned_nodes; ++a) values.get()[4 * static_cast<std::size_t>(a) + 3] *= scale;
+    Read from(b);
+    Write to(scaled_);
+    const NodeVector<double> scale = {1.0, 1.0, 1.0, continuity_scale()};
+    for (std::size_t k = 0; k < 4 * static_cast<std::size_t>(mesh.owned_nodes); k += 4)
+      store_node<double>(scale * load_node(from.get() + k), to.get() + k);
   }
   linalg::KrylovResult result;
   if (reference_ != nullptr) {

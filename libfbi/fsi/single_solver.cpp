@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/node_vector.hpp"
 #include "base/timer.hpp"
 
 namespace fbi::fsi {
@@ -84,9 +85,11 @@ void SingleSolver::find_touched() {
 void SingleSolver::velocity_block(const float* v, float factor, const float* gradient, float* velocity) {
   const Timed timed("velocity block");
   const fluid::Halo& halo = tangent_.halo();
-  for (std::size_t a = 0; a < owned_; ++a)
-    for (std::size_t k = 4 * a; k < 4 * a + 3; ++k)
-      velocity[k] = weight_[k] * (factor * v[k] - (gradient != nullptr ? gradient[k] : 0.0f));
+  for (std::size_t k = 0; k < 4 * owned_; k += 4) {
+    NodeVector<float> right = factor * load_node(v + k);
+    if (gradient != nullptr) right -= load_node(gradient + k);
+    store_node(three_and_one<float>(load_node(&weight_[k]) * right, load_node(velocity + k)), velocity + k);
+  }
   tangent_.remove_normal(velocity, static_cast<Index>(owned_));
   halo.update_ghosts(velocity);
   if (!has_multipliers()) return;
@@ -98,11 +101,11 @@ void SingleSolver::velocity_block(const float* v, float factor, const float* gra
   coupling_->spread(rows_.data(), 4, force_.data(), 1.0);
   halo.add_ghosts(force_.data());
   tangent_.remove_normal(force_.data(), static_cast<Index>(owned_));
-  for (const Index a : touched_)
-    for (std::size_t k = 4 * static_cast<std::size_t>(a); k < 4 * static_cast<std::size_t>(a) + 3; ++k) {
-      velocity[k] -= weight_[k] * force_[k];
-      force_[k] = 0.0f;
-    }
+  for (const Index a : touched_) {
+    const std::size_t k = 4 * static_cast<std::size_t>(a);
+    store_node<float>(load_node(velocity + k) - load_node(&weight_[k]) * load_node(&force_[k]), velocity + k);
+    store_node(NodeVector<float>{}, &force_[k]);
+  }
   std::fill(force_.begin() + static_cast<std::ptrdiff_t>(4 * owned_), force_.end(), 0.0f);
   tangent_.remove_normal(velocity, static_cast<Index>(owned_));
   halo.update_ghosts(velocity);

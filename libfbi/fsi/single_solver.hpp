@@ -40,6 +40,8 @@ class SingleSolver {
 
   /// The weights of the next solves. The tangent is that of the object given above.
   void prepare(const SinglePreconditioner& preconditioner);
+  /// Takes the parts along the normals of slip walls out of the first `nodes` nodes.
+  void remove_normal(float* values, Index nodes) const { tangent_.remove_normal(values, nodes); }
   /// b: shape=(owned nodes,4) in scaled continuity rows, overwritten. x likewise. Collective.
   /// @param many_sweeps  the velocity block solves its equations further in every iteration: fewer, longer iterations
   linalg::KrylovResult solve(float* b, float* x, double tolerance, int maximum, bool many_sweeps);

@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "base/log.hpp"
+#include "base/node_vector.hpp"
 #include "base/timer.hpp"
 #include "linalg/vector_access.hpp"
 
@@ -231,12 +232,15 @@ double System::constraint_violation() const {
   return speed > 0.0 ? largest / speed : largest;
 }
 
-void System::fluid_residual(const std::vector<double>& lambda, Vec r) const {
+void System::fluid_residual(const std::vector<double>& lambda, Vec r, bool linearize) const {
   {
     Timed timed("fluid residual");
-    fluid_->residual(r);
+    if (fluid_feels_fibers())
+      fluid_->residual(
+          r, [&](double* force) { coupling_->spread(lambda.data(), 4, force, 1.0); }, linearize);
+    else
+      fluid_->residual(r, nullptr, linearize);
   }
-  if (fluid_feels_fibers()) solver_->add_spread(lambda, r);
   solver_->project_residual(r);
 }
 
@@ -244,13 +248,14 @@ double System::fluid_norm(Vec r) const {
   const double scale = solver_->continuity_scale();
   const double* values = nullptr;
   FBI_PETSC(VecGetArrayRead(r, &values));
-  double sum = 0.0;
+  const NodeVector<double> weight = {1.0, 1.0, 1.0, scale};
+  NodeVector<double> sum = {};
   for (Index a = 0; a < fluid_->mesh().owned_nodes; ++a) {
-    const double* row = values + 4 * static_cast<std::size_t>(a);
-    sum += row[0] * row[0] + row[1] * row[1] + row[2] * row[2] + scale * scale * row[3] * row[3];
+    const NodeVector<double> row = weight * load_node(values + 4 * static_cast<std::size_t>(a));
+    sum += row * row;
   }
   FBI_PETSC(VecRestoreArrayRead(r, &values));
-  return std::sqrt(comm_.sum(sum));
+  return std::sqrt(comm_.sum(sum[0] + sum[1] + sum[2] + sum[3]));
 }
 
 FluidScale System::fluid_scale() const {
@@ -259,15 +264,16 @@ FluidScale System::fluid_scale() const {
   const std::vector<double>& volume = fluid_->lumped_volume();
   const double* values = nullptr;
   FBI_PETSC(VecGetArrayRead(fluid_->iterate(), &values));
-  double sums[2] = {};
+  NodeVector<double> sum = {};
   for (Index a = 0; a < fluid_->mesh().owned_nodes; ++a) {
-    const double* row = values + 4 * static_cast<std::size_t>(a);
     const double h = node_size_[a];
     const double factor = parameters.viscosity * h + parameters.density * sigma * volume[a];
-    sums[0] += factor * factor * (row[0] * row[0] + row[1] * row[1] + row[2] * row[2]);
-    sums[1] += h * h * h * h * row[3] * row[3];
+    const NodeVector<double> row =
+        load_node(values + 4 * static_cast<std::size_t>(a)) * NodeVector<double>{factor, factor, factor, h * h};
+    sum += row * row;
   }
   FBI_PETSC(VecRestoreArrayRead(fluid_->iterate(), &values));
+  double sums[2] = {sum[0] + sum[1] + sum[2], sum[3]};
   comm_.sum(sums, 2);
   return {.momentum = std::sqrt(sums[0]), .forces = std::sqrt(sums[0] + sums[1])};
 }

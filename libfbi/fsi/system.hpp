@@ -96,7 +96,8 @@ class System {
   /// Largest slip per row over kappa, and the largest fluid speed it compares with: returns their ratio. Collective.
   double constraint_violation() const;
   /// R(u) + M^T lambda with the unbalanced part of continuity removed. Collective.
-  void fluid_residual(const std::vector<double>& lambda, Vec r) const;
+  /// @param linearize  as in FluidField::residual
+  void fluid_residual(const std::vector<double>& lambda, Vec r, bool linearize = false) const;
   /// 2-norm of a fluid residual, continuity rows scaled. Collective.
   double fluid_norm(Vec r) const;
   /// What residuals of the fluid are measured against. Collective.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/counters.hpp"
+#include "base/node_vector.hpp"
 #include "base/timer.hpp"
 #include "fem/hex8.hpp"
 #include "linalg/vector_access.hpp"
@@ -53,15 +54,16 @@ void VelocityWeight::renew() {
       double speed = 0.0, reaction = 0.0;
       if (convective) {
         // Mean velocity and, from the spread around it, the size of its differences across the cell.
-        Vec3 v = Vec3::Zero();
-        double squares = 0.0;
+        NodeVector<double> sum = {}, squares = {};
         for (int a = 0; a < 8; ++a) {
-          const Eigen::Map<const Vec3> at(velocity.get() + 4 * static_cast<std::size_t>(nodes[a]));
-          v += 0.125 * at;
-          squares += 0.125 * at.squaredNorm();
+          const NodeVector<double> at = load_node(velocity.get() + 4 * static_cast<std::size_t>(nodes[a]));
+          sum += at;
+          squares += at * at;
         }
-        speed = v.norm();
-        const double difference = 2.0 * std::sqrt(std::max(0.0, squares - v.squaredNorm()));
+        const double square_of_mean = (sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) / 64.0;
+        const double mean_square = 0.125 * (squares[0] + squares[1] + squares[2]);
+        speed = std::sqrt(square_of_mean);
+        const double difference = 2.0 * std::sqrt(std::max(0.0, mean_square - square_of_mean));
         // rho (v.grad) dv and rho (dv.grad) v
         reaction = density * (speed + difference) / h;
       }
@@ -82,11 +84,10 @@ void VelocityWeight::renew() {
     strength_ = std::max(strength_, diagonal[a] / (density * sigma * volume[a]));
   strength_ = mesh.comm.max(strength_);
   values_.resize(3 * static_cast<std::size_t>(mesh.local_nodes()));
-  for (Index a = 0; a < mesh.local_nodes(); ++a)
-    for (int i = 0; i < 3; ++i) {
-      const std::size_t node = a;
-      values_[3 * node + i] = dirichlet[4 * node + i] != 0 ? 0.0 : 1.0 / (density * sigma * volume[a] + diagonal[a]);
-    }
+  for (std::size_t a = 0; a < diagonal.size(); ++a) {
+    const double inverse = 1.0 / (density * sigma * volume[a] + diagonal[a]);
+    for (int i = 0; i < 3; ++i) values_[3 * a + i] = dirichlet[4 * a + i] != 0 ? 0.0 : inverse;
+  }
 }
 
 void VelocityWeight::complete_ghosts(std::vector<double>& nodal) {

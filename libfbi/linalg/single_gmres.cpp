@@ -37,10 +37,17 @@ double short_dot(const float* a, const float* b, std::size_t n) {
 SingleGmres::SingleGmres(const Comm& comm, std::size_t size, std::size_t room, Step step, int restart)
     : comm_(comm), size_(size), room_(room), step_(std::move(step)), restart_(restart), factor_(restart + 1, 1.0) {}
 
-double SingleGmres::norm(const float* v) const {
+double SingleGmres::start(const float* b) {
+  if (basis_.empty()) basis_.emplace_back(room_);
   double sum = 0.0;
-  for (std::size_t k = 0; k < size_; k += chunk) sum += short_dot(v + k, v + k, std::min(chunk, size_ - k));
-  return std::sqrt(comm_.sum(sum));
+  for (std::size_t k = 0; k < size_; k += chunk) {
+    const std::size_t n = std::min(chunk, size_ - k);
+    std::copy_n(b + k, n, &basis_[0][k]);
+    sum += short_dot(b + k, b + k, n);
+  }
+  const double length = std::sqrt(comm_.sum(sum));
+  factor_[0] = 1.0 / length;
+  return length;
 }
 
 void SingleGmres::project(const float* w, int count, double* h) const {
@@ -68,30 +75,22 @@ double SingleGmres::remove(float* w, int count, const double* h) const {
 
 KrylovResult SingleGmres::solve(float* b, float* x, double tolerance, int maximum) {
   KrylovResult result;
-  std::fill_n(x, size_, 0.0f);
-  const double scale = norm(b);
-  if (scale == 0.0) {
-    result.converged = true;
-    return result;
-  }
-  result.relative_residual = 1.0;
-  if (!std::isfinite(scale)) {
+  const double scale = start(b);
+  if (scale == 0.0 || !std::isfinite(scale)) {
+    std::fill_n(x, size_, 0.0f);
+    result.converged = scale == 0.0;
     result.relative_residual = scale;
     return result;
   }
-  double residual = 1.0;
-  for (std::size_t k = 0; k < size_; ++k) b[k] = static_cast<float>(b[k] / scale);
+  double residual = 1.0, length_of_start = scale;
+  bool begun = false;  // x is set
   std::vector<double> h(restart_ + 1), cosine(restart_), sine(restart_), right(restart_ + 1);
   std::vector<std::vector<double>> columns(restart_);
   while (result.iterations < maximum && residual > tolerance) {
-    // b holds the residual of x.
-    const double start = norm(b);
-    if (!(start > 0.0) || !std::isfinite(start)) break;
-    if (basis_.empty()) basis_.emplace_back(room_);
-    std::copy_n(b, size_, basis_[0].data());
-    factor_[0] = 1.0 / start;
+    // b and the first vector of the basis hold the residual of x.
+    if (!(length_of_start > 0.0) || !std::isfinite(length_of_start)) break;
     std::fill(right.begin(), right.end(), 0.0);
-    right[0] = start;
+    right[0] = length_of_start / scale;
     int count = 0;
     bool finite = true;
     while (count < restart_ && result.iterations < maximum && residual > tolerance) {
@@ -130,12 +129,15 @@ KrylovResult SingleGmres::solve(float* b, float* x, double tolerance, int maximu
       for (int j = i + 1; j < count; ++j) right[i] -= columns[j][i] * right[j];
       right[i] /= columns[i][i];
     }
-    for (std::size_t k = 0; k < size_; k += chunk)
+    for (std::size_t k = 0; k < size_; k += chunk) {
+      const std::size_t end = std::min(size_, k + chunk);
+      if (!begun) std::fill(x + k, x + end, 0.0f);
       for (int j = 0; j < count; ++j) {
-        const float factor = static_cast<float>(right[j]);
-        const std::size_t end = std::min(size_, k + chunk);
+        const float factor = static_cast<float>(right[j] * scale);
         for (std::size_t i = k; i < end; ++i) x[i] += factor * directions_[j][i];
       }
+    }
+    begun = true;
     if (!finite) {
       residual = std::nan("");
       break;
@@ -151,11 +153,12 @@ KrylovResult SingleGmres::solve(float* b, float* x, double tolerance, int maximu
     }
     std::fill_n(b, size_, 0.0f);
     for (int j = 0; j <= count; ++j)
-      for (std::size_t k = 0; k < size_; ++k) b[k] += static_cast<float>(rest[j] * factor_[j]) * basis_[j][k];
+      for (std::size_t k = 0; k < size_; ++k) b[k] += static_cast<float>(scale * rest[j] * factor_[j]) * basis_[j][k];
+    length_of_start = start(b);
   }
+  if (!begun) std::fill_n(x, size_, 0.0f);
   result.relative_residual = residual;
   result.converged = residual <= tolerance;
-  for (std::size_t k = 0; k < size_; ++k) x[k] = static_cast<float>(x[k] * scale);
   return result;
 }
 

@@ -23,15 +23,16 @@ class SingleGmres {
   /// @param restart  iterations after which the space starts anew
   SingleGmres(const Comm& comm, std::size_t size, std::size_t room, Step step, int restart);
 
-  /// Solves A x = b from x = 0 until |b - A x| <= tolerance |b| by the recursion's estimate; b is scaled first, so that
-  /// no number leaves the range of a float. A b that is zero gives x = 0; numbers that are not finite end the iteration
+  /// Solves A x = b from x = 0 until |b - A x| <= tolerance |b| by the recursion's estimate. Squares of the entries of
+  /// b must be within the range of floats. A b that is zero gives x = 0; numbers that are not finite end the iteration
   /// unconverged, the same on every rank. At most `maximum` iterations. Collective.
   /// @param b  shape=(size), overwritten
   /// @param x  shape=(size)
   KrylovResult solve(float* b, float* x, double tolerance, int maximum);
 
  private:
-  double norm(const float* v) const;
+  /// The first vector of the basis = b; returns |b|. Collective.
+  double start(const float* b);
   /// h_j = v_j . w for the first `count` basis vectors (times their factors), one reduction. Collective.
   void project(const float* w, int count, double* h) const;
   /// w -= sum_j h_j v_j; returns |w|. Collective.

@@ -19,6 +19,17 @@ TEST(MemoryNeed, FactorsAreMostOfADirectSolution) {
   }
 }
 
+// Vectors of the Krylov iteration in doubles take more.
+TEST(MemoryNeed, DependsOnThePrecision) {
+  const auto fluid = [](const char* change) {
+    CoupledCase coupled(single_beam(change));
+    return cases::memory_need(coupled.setup, false).fluid;
+  };
+  const double mixed = fluid("{}");
+  EXPECT_GT(fluid(R"({"solver": {"precision": "double"}})"), 1.5 * mixed);
+  EXPECT_GT(fluid(R"({"fluid": {"pressure_stabilization": "projection"}})"), 1.5 * mixed);
+}
+
 TEST(MemoryNeed, WarnsWithWhatToDo) {
   CoupledCase coupled(single_beam());
   const cases::MemoryNeed iterative = cases::memory_need(coupled.setup, false),
