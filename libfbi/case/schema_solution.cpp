@@ -120,7 +120,7 @@ void describe_coupling(Visitor& v, coupling::CouplingParameters& p, fsi::SchemeP
 void describe_solver(Visitor& v, fsi::SolverParameters& p) {
   v.choice<fsi::LinearSolver>(
       field("linear", "solver of the linear systems of the fluid"), p.linear,
-      {{fsi::LinearSolver::automatic, "auto", "direct below 3,000 unknowns, for steady flow below 150,000"},
+      {{fsi::LinearSolver::automatic, "auto", "iterative in time; for steady flow direct below 150,000 unknowns"},
        {fsi::LinearSolver::direct, "direct", "sparse factorisation"},
        {fsi::LinearSolver::iterative, "iterative", "Krylov method, matrix-free; steady flow: in pseudo-time steps"},
        {fsi::LinearSolver::reference, "reference",
@@ -131,11 +131,12 @@ void describe_solver(Visitor& v, fsi::SolverParameters& p) {
        {fluid::Linearization::picard, "picard", "frozen within an iteration"},
        {fluid::Linearization::extrapolated, "linearized",
         "extrapolated from earlier steps, second order: one linear solve a step"}});
-  v.number(field("newton_tolerance",
-                 "residual relative to the first one of the step, but where this is looser than 1e-3 to no more than a "
-                 "twentieth of (rho sigma V + mu h) |v|; fibers to 5e-3 at least; 0: 1.5e-2 for time steps of the fluid "
-                 "alone or by the monolithic scheme, 1e-6 for all others"),
-           p.newton_tolerance, between(0.0, 1.0));
+  v.number(
+      field("newton_tolerance",
+            "residual relative to the first one of the step, but where this is looser than 1e-3 to no more than a "
+            "twentieth of (rho sigma V + mu h) |v|; fibers to 5e-3 at least; 0: 1.5e-2 for time steps of the fluid "
+            "alone or by the monolithic scheme, 1e-6 for all others"),
+      p.newton_tolerance, between(0.0, 1.0));
   v.number(field("newton_absolute_tolerance", "residual, root mean square of all unknowns"),
            p.newton_absolute_tolerance, at_least(0.0));
   v.integer(field("newton_iterations", "most nonlinear iterations of a step; steady flow: ten times as many"),

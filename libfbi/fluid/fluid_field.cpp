@@ -221,7 +221,9 @@ void FluidField::Implementation::sum_residual(const std::function<void(double*)>
     LocalArray u(iterate), a(linearization), w(work), s(sum);
     const double* at = affine ? a.data() : u.data();
     std::fill_n(s.data(), unknowns(), 0.0);
-    single_is_new = linearize && single != nullptr && !affine;
+    // What is done must not depend on earlier steps: a restarted run has none.
+    single_is_new = linearize && !affine && !cells.is_extended();
+    if (single_is_new && single == nullptr) single = std::make_unique<SingleTangent>(mesh, cells, boundaries);
     if (single_is_new)
       single->linearize_with_residual(at, rest.data(), s.data());
     else

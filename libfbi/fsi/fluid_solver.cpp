@@ -30,15 +30,16 @@ constexpr double slow_flow = 2.0;           // VelocityWeight::strength up to wh
 constexpr double single_digits = 1e-5;      // a solve in single precision goes no further
 constexpr double trusted_digits = 1e-4;     // to which its own estimate of the residual is trusted
 constexpr double refined_enough = 0.1;      // factor by which a round of refinement must reduce the residual
-constexpr GlobalIndex direct_below = 3000;  // unknowns; below, factorising beats iterating
-constexpr GlobalIndex steady_direct_below = 150000;  // the factors of a cube of cells take some 5 GiB then
+// Unknowns of steady flow below which factors are used: those of a cube of cells take some 5 GiB then. In time an
+// iteration beats factors of any size, also those that are kept.
+constexpr GlobalIndex steady_direct_below = 150000;
 
 }  // namespace
 
 bool solves_directly(const SolverParameters& parameters, const fluid::FluidField& fluid) {
-  const GlobalIndex limit = fluid.is_steady() ? steady_direct_below : direct_below;
-  const bool small = parameters.linear == LinearSolver::automatic && 4 * fluid.mesh().global_nodes < limit;
-  return small || parameters.linear == LinearSolver::direct;
+  if (parameters.linear == LinearSolver::automatic)
+    return fluid.is_steady() && 4 * fluid.mesh().global_nodes < steady_direct_below;
+  return parameters.linear == LinearSolver::direct;
 }
 
 FluidSolver::FluidSolver(fluid::FluidField& fluid, const coupling::Coupling* coupling,

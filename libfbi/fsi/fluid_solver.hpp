@@ -55,6 +55,10 @@ class FluidSolver {
   /// mu/h of the first iterate.
   double continuity_scale() const;
 
+  /// Iterates in single precision where the equations have it.
+  bool is_single() const {
+    return direct_ == nullptr && reference_ == nullptr && parameters_.precision == Precision::mixed;
+  }
   /// Readies preconditioner or factors for the present linearisation point, M and S. `geometry_changed` and
   /// `interface_changed` tell what must be renewed. Returns false (on all ranks) when a factorisation failed.
   /// Collective.

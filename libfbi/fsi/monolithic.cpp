@@ -130,7 +130,7 @@ StepReport solve_monolithic(System& system) {
         force = system.fiber_force(lambda);
       }
     }
-    system.fluid_residual(lambda, residual, iteration == 0);
+    system.fluid_residual(lambda, residual, iteration == 0 && system.solver().is_single());
     const double fluid_norm = system.fluid_norm(residual);
     if (iteration == 0) first_fluid_norm = fluid_norm;
     const FluidScale scale = system.fluid_scale();

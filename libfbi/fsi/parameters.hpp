@@ -32,7 +32,7 @@ enum class Differences {
   nonlinear    ///< both fields solved again
 };
 enum class LinearSolver {
-  automatic,  ///< direct below 3,000 unknowns (150,000 for steady flow), else iterative
+  automatic,  ///< direct for steady flow below 150,000 unknowns, else iterative
   direct,
   iterative,
   reference  ///< assembled matrix, GMRES with ILU: to compare with

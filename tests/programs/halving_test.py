@@ -11,7 +11,8 @@ STEP = 0.02
 def hard(amplitude, newton, **changes):
     """The reed in fast flow with few Newton iterations a step; with more of them steps of this size converge, and in them
     the tip may leave the channel through its floor."""
-    return reed(time__step=STEP, time__end=12 * STEP, solver={"newton_iterations": newton, "newton_tolerance": 1e-6},
+    return reed(time__step=STEP, time__end=12 * STEP,
+                solver={"linear": "direct", "newton_iterations": newton, "newton_tolerance": 1e-6},
                 channel__boundaries__xmin__velocity=[f"{amplitude}*y*(1-y)*sin(20*t)", 0, 0],
                 output={"every": 3, "checkpoint": 1, "probes": [{"fiber": "reed"}]}, **changes)
 

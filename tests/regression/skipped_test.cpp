@@ -169,12 +169,17 @@ TEST(Skipped, SteadyFlowHasNoHistory) {
   EXPECT_EQ(work["tau updates"], work["fluid residuals"] + 1);  // one for each iterate, none for steps
 }
 
-TEST(Skipped, SmallScenesAreSolvedDirectly) {
-  const Work work(flow(R"({ "solver": { "linear": "auto" } })"));
-  EXPECT_GT(work["direct factorizations"], 0);
-  EXPECT_EQ(work["fluid tangent products"], 0);
-  EXPECT_EQ(work["pressure setups"], 0);
-  EXPECT_EQ(work["velocity weights"], 0);
+TEST(Skipped, SmallSteadyFlowIsSolvedDirectlyAndFlowInTimeIsNot) {
+  const Work steady(flow(
+      R"({ "time": { "step": null, "end": null, "fluid": { "scheme": "steady" } }, "solver": { "linear": "auto" } })"));
+  EXPECT_GT(steady["direct factorizations"], 0);
+  EXPECT_EQ(steady["fluid tangent products"], 0);
+  EXPECT_EQ(steady["pressure setups"], 0);
+  EXPECT_EQ(steady["velocity weights"], 0);
+  const Work in_time(flow(R"({ "solver": { "linear": "auto" } })"));
+  EXPECT_EQ(in_time["direct factorizations"], 0);
+  EXPECT_EQ(in_time["fluid tangents assembled"], 0);
+  EXPECT_GT(in_time["fluid tangent products"], 0);
 }
 
 TEST(Skipped, FibersAloneHaveNoFluid) {
