@@ -14,7 +14,7 @@ namespace {
 
 // Bytes, from measured peaks.
 constexpr double per_rank = 6.0e7;
-// Single precision: with 30 Krylov iterations; twofold: with 60 vectors of four doubles.
+// Single precision: with some 20 Krylov iterations a solve; twofold: with 60 vectors of four doubles.
 constexpr double per_box_node = 2000.0, per_general_node = 4000.0;
 constexpr double twofold_per_box_node = 3500.0, twofold_per_general_node = 5000.0;
 constexpr double per_fiber_node = 25000.0;

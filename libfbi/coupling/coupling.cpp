@@ -329,22 +329,13 @@ const LocalM& Coupling::local_m() const { return implementation_->m; }
 const Coverage& Coupling::coverage() const { return implementation_->coverage; }
 
 template <class T>
-void Coupling::interpolate(const T* nodal, int stride, double* out) const {
+void Coupling::interpolate(const T* nodal, double* out) const {
   const LocalM& m = implementation_->m;
   std::vector<double> touched(3 * m.row.size());
   for (std::size_t i = 0; i < m.row.size(); ++i) {
-    if (stride == 4) {
-      NodeVector<T> sum = {};
-      for (Index k = m.begin[i]; k < m.begin[i + 1]; ++k)
-        sum += static_cast<T>(m.value[k]) * load_node(nodal + 4 * static_cast<std::size_t>(m.node[k]));
-      for (int c = 0; c < 3; ++c) touched[3 * i + c] = sum[c];
-      continue;
-    }
-    T sum[3] = {0, 0, 0};
-    for (Index k = m.begin[i]; k < m.begin[i + 1]; ++k) {
-      const T* v = nodal + static_cast<std::size_t>(m.node[k]) * stride;
-      for (int c = 0; c < 3; ++c) sum[c] += static_cast<T>(m.value[k]) * v[c];
-    }
+    NodeVector<T> sum = {};
+    for (Index k = m.begin[i]; k < m.begin[i + 1]; ++k)
+      sum += static_cast<T>(m.value[k]) * load_node(nodal + 4 * static_cast<std::size_t>(m.node[k]));
     for (int c = 0; c < 3; ++c) touched[3 * i + c] = sum[c];
   }
   std::fill(out, out + 3 * static_cast<std::size_t>(rows()), 0.0);
@@ -352,32 +343,25 @@ void Coupling::interpolate(const T* nodal, int stride, double* out) const {
 }
 
 template <class T>
-void Coupling::spread(const double* lambda, int stride, T* nodal, double scale) const {
+void Coupling::spread(const double* lambda, T* nodal, double scale) const {
   const LocalM& m = implementation_->m;
   std::vector<double> touched(3 * m.row.size(), 0.0);
   implementation_->rows->copy_from_owners(lambda, 3, touched.data());
   for (std::size_t i = 0; i < m.row.size(); ++i) {
     const double* l = &touched[3 * i];
-    if (stride == 4) {
-      const NodeVector<T> force = {static_cast<T>(scale * l[0]), static_cast<T>(scale * l[1]),
-                                   static_cast<T>(scale * l[2]), T(0)};
-      for (Index k = m.begin[i]; k < m.begin[i + 1]; ++k) {
-        T* f = nodal + 4 * static_cast<std::size_t>(m.node[k]);
-        store_node<T>(load_node(f) + static_cast<T>(m.value[k]) * force, f);
-      }
-      continue;
-    }
+    const NodeVector<T> force = {static_cast<T>(scale * l[0]), static_cast<T>(scale * l[1]),
+                                 static_cast<T>(scale * l[2]), T(0)};
     for (Index k = m.begin[i]; k < m.begin[i + 1]; ++k) {
-      T* f = nodal + static_cast<std::size_t>(m.node[k]) * stride;
-      for (int c = 0; c < 3; ++c) f[c] += static_cast<T>(scale * m.value[k] * l[c]);
+      T* f = nodal + 4 * static_cast<std::size_t>(m.node[k]);
+      store_node<T>(load_node(f) + static_cast<T>(m.value[k]) * force, f);
     }
   }
 }
 
-template void Coupling::interpolate(const double*, int, double*) const;
-template void Coupling::interpolate(const float*, int, double*) const;
-template void Coupling::spread(const double*, int, double*, double) const;
-template void Coupling::spread(const double*, int, float*, double) const;
+template void Coupling::interpolate(const double*, double*) const;
+template void Coupling::interpolate(const float*, double*) const;
+template void Coupling::spread(const double*, double*, double) const;
+template void Coupling::spread(const double*, float*, double) const;
 
 void Coupling::apply_d(const std::vector<double>& q, double* out) const {
   const mesh::FiberMesh& fibers = implementation_->fibers;

@@ -74,14 +74,15 @@ class Coupling {
   const LocalM& local_m() const;
   const Coverage& coverage() const;
 
-  /// out = M v: nodal holds `stride` values per *local* fluid node (ghosts up to date), the first three being the
+  /// out = M v: nodal holds four values per *local* fluid node (ghosts up to date), the first three being the
   /// velocity; out has shape=(rows,3). T: double or float. Collective.
   template <class T>
-  void interpolate(const T* nodal, int stride, double* out) const;
-  /// nodal += scale * M^T lambda on local nodes, ghosts included (the caller adds ghosts to their owners); lambda has
-  /// shape=(rows,3). T: double or float. Collective.
+  void interpolate(const T* nodal, double* out) const;
+  /// nodal += scale * M^T lambda on local nodes, ghosts included (the caller adds ghosts to their owners),
+  /// shape=(nodes,4) with nothing added to the fourth entries; lambda has shape=(rows,3). T: double or float.
+  /// Collective.
   template <class T>
-  void spread(const double* lambda, int stride, T* nodal, double scale) const;
+  void spread(const double* lambda, T* nodal, double scale) const;
   /// out = D q for per-node values q, shape=(fiber nodes,6); out has shape=(rows,3).
   void apply_d(const std::vector<double>& q, double* out) const;
   /// q += scale * D^T lambda, shape=(fiber nodes,6).

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstring>
 
+#include "base/node_vector.hpp"
 #include "base/types.hpp"
 
 // In a portable build a kernel is compiled for AVX-512, for AVX2 and for any x86-64; which one runs is decided when the
@@ -79,14 +80,8 @@ using Batch = BatchOf<double>;
 inline constexpr int batch_size = Batch::lanes;
 
 namespace detail {
-using Four = double __attribute__((vector_size(32)));
+using Four = NodeVector<double>;
 using Eight = Batch::Vector;
-
-inline Four load_four(const double* p) {
-  Four x;
-  std::memcpy(&x, p, sizeof(Four));
-  return x;
-}
 }  // namespace detail
 
 /// Reads four interleaved unknowns of one node of each cell: out[c][lane] = array[4 node[lane] + c].
@@ -94,7 +89,7 @@ inline Four load_four(const double* p) {
 /// @param node   shape=(8), one node for each lane
 inline void gather_four(const double* array, const Index* node, Batch* out) {
   using detail::Eight;
-  const auto at = [&](int lane) { return detail::load_four(array + 4 * static_cast<std::ptrdiff_t>(node[lane])); };
+  const auto at = [&](int lane) { return load_node(array + 4 * static_cast<std::ptrdiff_t>(node[lane])); };
   const Eight a = __builtin_shufflevector(at(0), at(1), 0, 1, 2, 3, 4, 5, 6, 7);
   const Eight b = __builtin_shufflevector(at(2), at(3), 0, 1, 2, 3, 4, 5, 6, 7);
   const Eight c = __builtin_shufflevector(at(4), at(5), 0, 1, 2, 3, 4, 5, 6, 7);
@@ -127,21 +122,15 @@ inline void scatter_add_four(const Batch* in, const Index* node, int lanes, doub
                         __builtin_shufflevector(d, d, 0, 1, 2, 3), __builtin_shufflevector(d, d, 4, 5, 6, 7)};
   for (int lane = 0; lane < lanes; ++lane) {
     double* p = array + 4 * static_cast<std::ptrdiff_t>(node[lane]);
-    const Four sum = detail::load_four(p) + four[lane];
+    const Four sum = load_node(p) + four[lane];
     std::memcpy(p, &sum, sizeof(Four));
   }
 }
 
 namespace detail {
-using FourFloats = float __attribute__((vector_size(16)));
+using FourFloats = NodeVector<float>;
 using EightFloats = float __attribute__((vector_size(32)));
 using SixteenFloats = BatchOf<float>::Vector;
-
-inline FourFloats load_four(const float* p) {
-  FourFloats x;
-  std::memcpy(&x, p, sizeof(FourFloats));
-  return x;
-}
 }  // namespace detail
 
 /// Sixteen nodes in single precision: q[k] holds those of lanes k, k + 4, k + 8, k + 12, four numbers each.
@@ -179,7 +168,7 @@ inline constexpr int lane_of_sixteen(int i) { return 4 * (i % 4) + i / 4; }
 
 /// out[c][lane] = array[4 node[lane] + c] in single precision; node has shape=(16).
 inline void gather_four(const float* array, const Index* node, BatchOf<float>* out) {
-  const auto at = [&](int lane) { return detail::load_four(array + 4 * static_cast<std::ptrdiff_t>(node[lane])); };
+  const auto at = [&](int lane) { return load_node(array + 4 * static_cast<std::ptrdiff_t>(node[lane])); };
   FourOfSixteen four;
   for (int k = 0; k < 4; ++k) {
     const detail::EightFloats low = __builtin_shufflevector(at(k), at(k + 4), 0, 1, 2, 3, 4, 5, 6, 7);
@@ -198,7 +187,7 @@ inline void scatter_add_four(const BatchOf<float>* in, const Index* node, int la
   for (int i = 0; i < lanes; ++i) {
     const int lane = lane_of_sixteen(i);
     float* p = array + 4 * static_cast<std::ptrdiff_t>(node[lane]);
-    const detail::FourFloats sum = detail::load_four(p) + detail::load_four(&four[lane % 4][4 * (lane / 4)]);
+    const detail::FourFloats sum = load_node(p) + load_node(&four[lane % 4][4 * (lane / 4)]);
     std::memcpy(p, &sum, sizeof(sum));
   }
 }
@@ -224,7 +213,7 @@ inline void scatter_add_edges(const BatchOf<float>* low, const BatchOf<float>* h
   sum.q[0] += a.q[0] + shifted(detail::SixteenFloats{}, b.q[0]);
   for (int k = 1; k < 4; ++k) sum.q[k] += a.q[k] + shifted(b.q[k - 1], b.q[k]);
   std::memcpy(p, sum.q, sizeof(sum.q));
-  const detail::FourFloats last = detail::load_four(p + 64) + __builtin_shufflevector(b.q[3], b.q[3], 12, 13, 14, 15);
+  const detail::FourFloats last = load_node(p + 64) + __builtin_shufflevector(b.q[3], b.q[3], 12, 13, 14, 15);
   std::memcpy(p + 64, &last, sizeof(last));
 }
 

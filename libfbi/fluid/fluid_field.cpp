@@ -121,7 +121,7 @@ void FluidField::Implementation::compute_rest() {
 }
 
 void FluidField::Implementation::update_tau() {
-  single_is_new = false;
+  single_is_new = false;  // every step begins here
   // Without convection tau depends on the time step alone.
   const bool constant = parameters.convective_form == ConvectiveForm::none;
   if (constant && tau_sigma == formula.sigma && tau_dt == dt) return;
@@ -158,7 +158,6 @@ void FluidField::set_pseudo_time(double sigma) {
 void FluidField::begin_step(double time, double dt) {
   const Timed timed("fluid begin step");
   Implementation& f = *implementation_;
-  f.single_is_new = false;
   f.dt = f.steady() ? 0.0 : dt;
   const bool by_bdf2 = f.time_parameters.scheme == TimeScheme::bdf2;
   f.theta = f.steady() || f.startup_left > 0 || by_bdf2 ? 1.0 : f.time_parameters.theta;

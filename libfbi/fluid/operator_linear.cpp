@@ -51,6 +51,15 @@ void join(const Batch& low, const Batch& high, fem::BatchOf<float>& to) {
   to.v = __builtin_shufflevector(a, b, 0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15);
 }
 
+/// r_M at a point.
+template <Equations E>
+inline void keep_momentum(const PointState<Batch>& s, const PointCoefficients<Batch>& c, int q, Batch (*momentum)[8]) {
+  for (int i = 0; i < 3; ++i) {
+    const Batch scaled = c.density * inertia<E>(s, i);
+    momentum[i][q] = momentum_residual<E>(s, c, scaled, i);
+  }
+}
+
 }  // namespace
 
 void Operator::keep_state(std::size_t b, const HalfState* halves, LinearCells& linear) const {
@@ -89,10 +98,7 @@ void Operator::linearize(const double* u, const double* rest, LinearCells& linea
         PointState<Batch> s;
         state.field.at(typename Geometry::At(geometry, q), q, s);
         for (int i = 0; i < 3; ++i) s.acceleration[i] = state.rest[i][q] + sigma * s.velocity[i];
-        for (int i = 0; i < 3; ++i) {
-          const Batch scaled = c.density * inertia<E>(s, i);
-          momentum[i][q] = momentum_residual<E>(s, c, scaled, i);
-        }
+        keep_momentum<E>(s, c, q, momentum);
       }
       keep_state(b, halves, linear);
     }
@@ -111,9 +117,7 @@ void Operator::add_residual_and_linearize(const double* u, const double* rest, d
       gather(batches_[b], rest, acceleration);
       hex8_residual<Geometry, E>(cells[b], constants_, tau(b), values, acceleration, out,
                                  [&](int q, const PointState<Batch>& s, const PointCoefficients<Batch>& c) {
-                                   for (int i = 0; i < 3; ++i)
-                                     momentum[i][q] =
-                                         momentum_residual<E>(s, c, Batch(c.density * inertia<E>(s, i)), i);
+                                   keep_momentum<E>(s, c, q, momentum);
                                  });
       scatter(batches_[b], out, r);
       keep_state(b, halves, linear);

@@ -20,18 +20,18 @@ namespace {
 
 constexpr double robin = 3.0;  // Robin coefficient of the pressure operator at open faces, times 1/h
 constexpr int single_restart = 40;
-constexpr double tired_effort = 1.5;        // iterations with a factor that lags, against those when it was new
-constexpr double most_effort = 8.0;         // iterations a decade, then blocks give way to sparse factors
-constexpr int few_iterations = 15;          // of a solve that says nothing about its effort
-constexpr double other_sigma = 0.25;        // change of 1/dt after which a factor is not that of the problem any more
-constexpr int tired_iterations = 40;        // of one solve, then it is renewed
-constexpr double loose_tolerance = 3e-3;    // above, one sweep of the velocity block in an iteration is fastest
-constexpr double slow_flow = 2.0;           // VelocityWeight::strength up to which the same holds
-constexpr double single_digits = 1e-5;      // a solve in single precision goes no further
-constexpr double trusted_digits = 1e-4;     // to which its own estimate of the residual is trusted
-constexpr double refined_enough = 0.1;      // factor by which a round of refinement must reduce the residual
-// Unknowns of steady flow below which factors are used: those of a cube of cells take some 5 GiB then. In time an
-// iteration beats factors of any size, also those that are kept.
+constexpr double tired_effort = 1.5;      // iterations with a factor that lags, against those when it was new
+constexpr double most_effort = 8.0;       // iterations a decade, then blocks give way to sparse factors
+constexpr int few_iterations = 15;        // of a solve that says nothing about its effort
+constexpr double other_sigma = 0.25;      // change of 1/dt after which a factor is not that of the problem any more
+constexpr int tired_iterations = 40;      // of one solve, then it is renewed
+constexpr double loose_tolerance = 3e-3;  // above, one sweep of the velocity block in an iteration is fastest
+constexpr double slow_flow = 2.0;         // VelocityWeight::strength up to which the same holds
+constexpr double single_digits = 1e-5;    // a solve in single precision goes no further
+constexpr double trusted_digits = 1e-4;   // to which its own estimate of the residual is trusted
+constexpr double refined_enough = 0.1;    // factor by which a round of refinement must reduce the residual
+// Unknowns of steady flow below which factors are used: those of a cube of cells take some 5 GiB then. In time the
+// iteration is faster, also where factors are kept.
 constexpr GlobalIndex steady_direct_below = 150000;
 
 }  // namespace
@@ -106,7 +106,7 @@ void interpolate(const coupling::Coupling& coupling, Vec u, std::vector<double>&
   out.resize(3 * static_cast<std::size_t>(coupling.rows()));
   GhostedForm form(u);
   Read values(form.get());
-  coupling.interpolate(values.get(), 4, out.data());
+  coupling.interpolate(values.get(), out.data());
 }
 
 void FluidSolver::add_spread(const std::vector<double>& lambda, Vec r, bool dirichlet_rows) const {
@@ -115,7 +115,7 @@ void FluidSolver::add_spread(const std::vector<double>& lambda, Vec r, bool diri
     GhostedForm form(ghosted_);
     FBI_PETSC(VecSet(form.get(), 0.0));
     Write values(form.get());
-    coupling_->spread(lambda.data(), 4, values.get(), 1.0);
+    coupling_->spread(lambda.data(), values.get(), 1.0);
   }
   FBI_PETSC(VecGhostUpdateBegin(ghosted_, ADD_VALUES, SCATTER_REVERSE));
   FBI_PETSC(VecGhostUpdateEnd(ghosted_, ADD_VALUES, SCATTER_REVERSE));
@@ -178,7 +178,7 @@ void FluidSolver::velocity_block(const double* r, double* x) {
     GhostedForm form(ghosted_);
     FBI_PETSC(VecSet(form.get(), 0.0));
     Write values(form.get());
-    coupling_->spread(rows_.data(), 4, values.get(), 1.0);
+    coupling_->spread(rows_.data(), values.get(), 1.0);
   }
   FBI_PETSC(VecGhostUpdateBegin(ghosted_, ADD_VALUES, SCATTER_REVERSE));
   FBI_PETSC(VecGhostUpdateEnd(ghosted_, ADD_VALUES, SCATTER_REVERSE));
@@ -325,7 +325,7 @@ std::vector<double> FluidSolver::sums_of_columns() const {
     GhostedForm form(ghosted_);
     FBI_PETSC(VecSet(form.get(), 0.0));
     Write values(form.get());
-    coupling_->spread(ones.data(), 4, values.get(), 1.0);
+    coupling_->spread(ones.data(), values.get(), 1.0);
   }
   FBI_PETSC(VecGhostUpdateBegin(ghosted_, ADD_VALUES, SCATTER_REVERSE));
   FBI_PETSC(VecGhostUpdateEnd(ghosted_, ADD_VALUES, SCATTER_REVERSE));

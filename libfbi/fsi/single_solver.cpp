@@ -93,12 +93,12 @@ void SingleSolver::velocity_block(const float* v, float factor, const float* gra
   tangent_.remove_normal(velocity, static_cast<Index>(owned_));
   halo.update_ghosts(velocity);
   if (!has_multipliers()) return;
-  coupling_->interpolate(velocity, 4, rows_.data());
+  coupling_->interpolate(velocity, rows_.data());
   {
     const Timed timed_factor("multiplier solve");
     parts_.factor->solve(rows_.data());
   }
-  coupling_->spread(rows_.data(), 4, force_.data(), 1.0);
+  coupling_->spread(rows_.data(), force_.data(), 1.0);
   halo.add_ghosts(force_.data());
   tangent_.remove_normal(force_.data(), static_cast<Index>(owned_));
   for (const Index a : touched_) {
@@ -113,9 +113,9 @@ void SingleSolver::velocity_block(const float* v, float factor, const float* gra
 
 void SingleSolver::add_multipliers(const float* z, float* product) {
   const Timed timed("multiplier term");
-  coupling_->interpolate(z, 4, rows_.data());
+  coupling_->interpolate(z, rows_.data());
   interface_->solve(rows_.data());
-  coupling_->spread(rows_.data(), 4, product, 1.0);
+  coupling_->spread(rows_.data(), product, 1.0);
 }
 
 void SingleSolver::apply_velocity(const float* z, float* w) {

@@ -233,14 +233,9 @@ double System::constraint_violation() const {
 }
 
 void System::fluid_residual(const std::vector<double>& lambda, Vec r, bool linearize) const {
-  {
-    Timed timed("fluid residual");
-    if (fluid_feels_fibers())
-      fluid_->residual(
-          r, [&](double* force) { coupling_->spread(lambda.data(), 4, force, 1.0); }, linearize);
-    else
-      fluid_->residual(r, nullptr, linearize);
-  }
+  std::function<void(double*)> forces;
+  if (fluid_feels_fibers()) forces = [&](double* force) { coupling_->spread(lambda.data(), force, 1.0); };
+  fluid_->residual(r, forces, linearize);
   solver_->project_residual(r);
 }
 

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "base/counters.hpp"
-#include "base/node_vector.hpp"
 #include "base/timer.hpp"
 #include "fem/hex8.hpp"
 #include "linalg/vector_access.hpp"
@@ -54,16 +53,15 @@ void VelocityWeight::renew() {
       double speed = 0.0, reaction = 0.0;
       if (convective) {
         // Mean velocity and, from the spread around it, the size of its differences across the cell.
-        NodeVector<double> sum = {}, squares = {};
+        Vec3 v = Vec3::Zero();
+        double squares = 0.0;
         for (int a = 0; a < 8; ++a) {
-          const NodeVector<double> at = load_node(velocity.get() + 4 * static_cast<std::size_t>(nodes[a]));
-          sum += at;
-          squares += at * at;
+          const Eigen::Map<const Vec3> at(velocity.get() + 4 * static_cast<std::size_t>(nodes[a]));
+          v += 0.125 * at;
+          squares += 0.125 * at.squaredNorm();
         }
-        const double square_of_mean = (sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) / 64.0;
-        const double mean_square = 0.125 * (squares[0] + squares[1] + squares[2]);
-        speed = std::sqrt(square_of_mean);
-        const double difference = 2.0 * std::sqrt(std::max(0.0, mean_square - square_of_mean));
+        speed = v.norm();
+        const double difference = 2.0 * std::sqrt(std::max(0.0, squares - v.squaredNorm()));
         // rho (v.grad) dv and rho (dv.grad) v
         reaction = density * (speed + difference) / h;
       }

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+
+#include "base/node_vector.hpp"
 
 namespace fbi::linalg {
 namespace {
@@ -154,13 +155,7 @@ void MultiplierBlocks::apply_inverses(const double* b, double* x) {
 
 /// r += (L - E) y.
 void MultiplierBlocks::add_others(const double* y, double* r) {
-  using Four = float __attribute__((vector_size(16)));
-  const auto load = [](const float* p) {
-    Four x;
-    std::memcpy(&x, p, sizeof(Four));
-    return x;
-  };
-  const auto store = [](const Four& x, float* p) { std::memcpy(p, &x, sizeof(Four)); };
+  using Four = NodeVector<float>;
   const Index rows = m_.rows();
   std::fill(spread_.begin(), spread_.end(), 0.0f);
   for (Index p = 0; p < rows; ++p) {
@@ -168,7 +163,7 @@ void MultiplierBlocks::add_others(const double* y, double* r) {
     const Four three = {static_cast<float>(from[0]), static_cast<float>(from[1]), static_cast<float>(from[2]), 0.0f};
     for (Index k = m_.begin[p]; k < m_.begin[p + 1]; ++k) {
       float* to = &spread_[4 * static_cast<std::size_t>(m_.column[k])];
-      store(load(to) + value_[k] * three, to);
+      store_node<float>(load_node(to) + value_[k] * three, to);
     }
   }
   for (std::size_t k = 0; k < spread_.size(); ++k) spread_[k] *= weight_[k];
@@ -181,7 +176,7 @@ void MultiplierBlocks::add_others(const double* y, double* r) {
         sum[i] += own_value_[3 * static_cast<std::size_t>(k) + i] * y[3 * static_cast<std::size_t>(own_row_[k]) + i];
     Four product = {};
     for (Index k = m_.begin[p]; k < m_.begin[p + 1]; ++k)
-      product += value_[k] * load(&spread_[4 * static_cast<std::size_t>(m_.column[k])]);
+      product += value_[k] * load_node(&spread_[4 * static_cast<std::size_t>(m_.column[k])]);
     for (int i = 0; i < 3; ++i) r[at + i] += sum[i] - product[i];
   }
 }

@@ -46,7 +46,7 @@ double SingleGmres::start(const float* b) {
     sum += short_dot(b + k, b + k, n);
   }
   const double length = std::sqrt(comm_.sum(sum));
-  factor_[0] = 1.0 / length;
+  if (length > 0.0) factor_[0] = 1.0 / length;
   return length;
 }
 
@@ -75,15 +75,14 @@ double SingleGmres::remove(float* w, int count, const double* h) const {
 
 KrylovResult SingleGmres::solve(float* b, float* x, double tolerance, int maximum) {
   KrylovResult result;
+  std::fill_n(x, size_, 0.0f);
   const double scale = start(b);
   if (scale == 0.0 || !std::isfinite(scale)) {
-    std::fill_n(x, size_, 0.0f);
     result.converged = scale == 0.0;
     result.relative_residual = scale;
     return result;
   }
   double residual = 1.0, length_of_start = scale;
-  bool begun = false;  // x is set
   std::vector<double> h(restart_ + 1), cosine(restart_), sine(restart_), right(restart_ + 1);
   std::vector<std::vector<double>> columns(restart_);
   while (result.iterations < maximum && residual > tolerance) {
@@ -129,15 +128,12 @@ KrylovResult SingleGmres::solve(float* b, float* x, double tolerance, int maximu
       for (int j = i + 1; j < count; ++j) right[i] -= columns[j][i] * right[j];
       right[i] /= columns[i][i];
     }
-    for (std::size_t k = 0; k < size_; k += chunk) {
-      const std::size_t end = std::min(size_, k + chunk);
-      if (!begun) std::fill(x + k, x + end, 0.0f);
+    for (std::size_t k = 0; k < size_; k += chunk)
       for (int j = 0; j < count; ++j) {
         const float factor = static_cast<float>(right[j] * scale);
+        const std::size_t end = std::min(size_, k + chunk);
         for (std::size_t i = k; i < end; ++i) x[i] += factor * directions_[j][i];
       }
-    }
-    begun = true;
     if (!finite) {
       residual = std::nan("");
       break;
@@ -156,7 +152,6 @@ KrylovResult SingleGmres::solve(float* b, float* x, double tolerance, int maximu
       for (std::size_t k = 0; k < size_; ++k) b[k] += static_cast<float>(scale * rest[j] * factor_[j]) * basis_[j][k];
     length_of_start = start(b);
   }
-  if (!begun) std::fill_n(x, size_, 0.0f);
   result.relative_residual = residual;
   result.converged = residual <= tolerance;
   return result;

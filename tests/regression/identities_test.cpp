@@ -32,7 +32,7 @@ void check_step(CoupledCase& run, double fiber_length, Identities& worst) {
 
   const std::vector<double> ones(4 * static_cast<std::size_t>(mesh.local_nodes()), 1.0);
   std::vector<double> m_one(3 * rows), d_one(3 * rows), unit(6 * static_cast<std::size_t>(run.fibers().nodes()), 0.0);
-  coupling.interpolate(ones.data(), 4, m_one.data());
+  coupling.interpolate(ones.data(), m_one.data());
   for (std::size_t k = 0; k < unit.size(); ++k) unit[k] = k % 6 < 3 ? 1.0 : 0.0;
   coupling.apply_d(unit, d_one.data());
   double largest = 0.0;

@@ -249,7 +249,7 @@ TEST(Coupling, MomentumIsHandedOverWhole) {
   std::vector<double> lambda(3 * coupling.rows()), on_fiber(6 * static_cast<std::size_t>(scene.fibers.nodes()), 0.0);
   for (std::size_t i = 0; i < lambda.size(); ++i) lambda[i] = std::sin(1.0 + 0.37 * (3.0 * coupling.first_row() + i));
   std::vector<double> on_fluid(4 * static_cast<std::size_t>(scene.fluid.local_nodes()), 0.0);
-  coupling.spread(lambda.data(), 4, on_fluid.data(), -2.0);
+  coupling.spread(lambda.data(), on_fluid.data(), -2.0);
   coupling.add_d_transposed(lambda.data(), on_fiber, 2.0);
   double sums[9] = {};
   for (Index n = 0; n < scene.fluid.local_nodes(); ++n) {
@@ -272,13 +272,13 @@ TEST(Coupling, SpreadIsTransposeOfInterpolate) {
   const Scene scene(perturbed(cube(4), 0.03, 13), random_lines(10, 0.1, 0.9, 2, 14));
   Coupling coupling(scene.fluid, scene.fibers, CouplingParameters());
   coupling.update(waved(scene.fibers, 0.05));
-  std::vector<double> lambda(3 * coupling.rows()), velocity(3 * static_cast<std::size_t>(scene.fluid.local_nodes()));
+  std::vector<double> lambda(3 * coupling.rows()), velocity(4 * static_cast<std::size_t>(scene.fluid.local_nodes()));
   for (std::size_t i = 0; i < lambda.size(); ++i) lambda[i] = std::cos(0.7 * (3.0 * coupling.first_row() + i));
   for (Index n = 0; n < scene.fluid.local_nodes(); ++n)
-    for (int i = 0; i < 3; ++i) velocity[3 * n + i] = std::sin(1.3 * scene.fluid.node_id[n] + i);
+    for (int i = 0; i < 4; ++i) velocity[4 * n + i] = std::sin(1.3 * scene.fluid.node_id[n] + i);
   std::vector<double> mv(lambda.size()), mt_lambda(velocity.size(), 0.0);
-  coupling.interpolate(velocity.data(), 3, mv.data());
-  coupling.spread(lambda.data(), 3, mt_lambda.data(), 1.0);
+  coupling.interpolate(velocity.data(), mv.data());
+  coupling.spread(lambda.data(), mt_lambda.data(), 1.0);
   double sums[2] = {};
   for (std::size_t i = 0; i < lambda.size(); ++i) sums[0] += lambda[i] * mv[i];
   for (std::size_t i = 0; i < velocity.size(); ++i) sums[1] += velocity[i] * mt_lambda[i];

@@ -49,7 +49,7 @@ std::array<double, 3> fingerprint(const Scene& scene, Coupling& coupling) {
     coupling.set_stabilization(
         std::vector<coupling::CellViscosity>(scene.fluid.local_cells(), coupling::CellViscosity{1.0 / 12, 0.3}));
   std::vector<double> values(3 * static_cast<std::size_t>(coupling.rows()));
-  coupling.interpolate(rough_field(scene.fluid).data(), 4, values.data());
+  coupling.interpolate(rough_field(scene.fluid).data(), values.data());
   std::array<double, 3> sums{};
   for (const double value : values) sums[0] += value * value;
   for (const double value : coupling.kappa()) sums[1] += value * value;
@@ -162,7 +162,7 @@ TEST(Operators, RingsWrapAtPeriodicFaces) {
     std::vector<double> field(4 * static_cast<std::size_t>(scene.fluid.local_nodes()), 0.0);
     for (Index n = 0; n < scene.fluid.local_nodes(); ++n) field[4 * n] = scene.fluid.node(n)[2] > 0.5 ? 1.0 : 0.0;
     std::vector<double> values(3 * static_cast<std::size_t>(coupling.rows()));
-    coupling.interpolate(field.data(), 4, values.data());
+    coupling.interpolate(field.data(), values.data());
     double sum = 0.0;
     for (Index p = 0; p < coupling.rows(); ++p) sum += values[3 * static_cast<std::size_t>(p)];
     EXPECT_NEAR(scene.comm.sum(sum), 0.3, 1e-14);

@@ -134,7 +134,7 @@ inline double linear_field_error(const Scene& scene, const coupling::Coupling& c
     for (int i = 0; i < 3; ++i) q[6 * n + 3 + i] = w[i];
   }
   std::vector<double> from_fluid(3 * coupling.rows()), from_fiber(3 * coupling.rows());
-  coupling.interpolate(nodal.data(), 4, from_fluid.data());
+  coupling.interpolate(nodal.data(), from_fluid.data());
   coupling.apply_d(q, from_fiber.data());
   double largest = 0.0;
   for (std::size_t i = 0; i < from_fluid.size(); ++i)

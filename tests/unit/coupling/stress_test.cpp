@@ -143,7 +143,7 @@ std::vector<double> by_fiber(const Scene& scene, const Coupling& coupling) {
     std::copy(v, v + 4, &nodal[4 * static_cast<std::size_t>(n)]);
   }
   std::vector<double> value(3 * static_cast<std::size_t>(coupling.rows()) + 3, 0.0);
-  coupling.interpolate(nodal.data(), 4, value.data());
+  coupling.interpolate(nodal.data(), value.data());
   std::vector<double> all(4 * static_cast<std::size_t>(scene.fibers.global_fibers), 0.0);
   for (Index f = 0; f < scene.fibers.fibers(); ++f) {
     double* out = &all[4 * static_cast<std::size_t>(scene.fibers.fiber_id[f])];
