@@ -18,7 +18,8 @@ using linalg::Write;
 
 namespace {
 
-constexpr double robin = 3.0;  // Robin coefficient of the pressure operator at open faces, times 1/h
+constexpr double robin = 3.0;          // Robin coefficient of the pressure operator at open faces, times 1/h
+constexpr double grad_div_part = 0.7;  // of tau_C beside mu in the pressure: inverse masses are lumped
 constexpr int single_restart = 40;
 constexpr double tired_effort = 1.5;      // iterations with a factor that lags, against those when it was new
 constexpr double most_effort = 8.0;       // iterations a decade, then blocks give way to sparse factors
@@ -26,10 +27,11 @@ constexpr int few_iterations = 15;        // of a solve that says nothing about 
 constexpr double other_sigma = 0.25;      // change of 1/dt after which a factor is not that of the problem any more
 constexpr int tired_iterations = 40;      // of one solve, then it is renewed
 constexpr double loose_tolerance = 3e-3;  // above, one sweep of the velocity block in an iteration is fastest
-constexpr double slow_flow = 2.0;         // VelocityWeight::strength up to which the same holds
-constexpr double single_digits = 1e-5;    // a solve in single precision goes no further
-constexpr double trusted_digits = 1e-4;   // to which its own estimate of the residual is trusted
-constexpr double refined_enough = 0.1;    // factor by which a round of refinement must reduce the residual
+constexpr double slow_flow = 2.0;  // VelocityWeight::strength up to which the same holds, elsewhere a few suffice
+constexpr int few_sweeps = 3, many_sweeps = 8;
+constexpr double single_digits = 1e-5;   // a solve in single precision goes no further
+constexpr double trusted_digits = 1e-4;  // to which its own estimate of the residual is trusted
+constexpr double refined_enough = 0.1;   // factor by which a round of refinement must reduce the residual
 // Unknowns of steady flow below which factors are used: those of a cube of cells take some 5 GiB then. In time the
 // iteration is faster, also where factors are kept.
 constexpr GlobalIndex steady_direct_below = 150000;
@@ -197,7 +199,6 @@ void FluidSolver::apply_preconditioner(Vec r, Vec x) {
   const double scale = continuity_scale();
   const std::vector<char>& dirichlet = fluid_.is_dirichlet();
   const std::vector<double>& volume = fluid_.lumped_volume();
-  const double viscosity = projection_ > 0.0 ? 1.0 / projection_ : fluid_.parameters().viscosity;
   {
     Timed timed_pressure("pressure cycle");
     {
@@ -212,7 +213,7 @@ void FluidSolver::apply_preconditioner(Vec r, Vec x) {
     for (Index a = 0; a < owned; ++a) {
       const std::size_t k = 4 * static_cast<std::size_t>(a);
       for (int i = 0; i < 3; ++i) p.get()[k + i] = 0.0;
-      p.get()[k + 3] = pressure_scale_ * solution.get()[a] + viscosity / volume[a] * right.get()[a];
+      p.get()[k + 3] = pressure_scale_ * solution.get()[a] + pressure_mass_[a] / volume[a] * right.get()[a];
     }
   }
   apply_operator(x, work_);
@@ -303,8 +304,17 @@ void FluidSolver::renew_projected_pressure() {
                                                           fluid_.pressure_is_free());
 }
 
+void FluidSolver::renew_pressure_mass() {
+  const std::vector<double>& grad_div = weight_->grad_div();
+  pressure_mass_.resize(fluid_.mesh().owned_nodes);
+  for (std::size_t a = 0; a < pressure_mass_.size(); ++a)
+    pressure_mass_[a] =
+        projection_ > 0.0 ? 1.0 / projection_ : fluid_.parameters().viscosity + grad_div_part * grad_div[a];
+}
+
 bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed) {
   weight_->renew();
+  renew_pressure_mass();
   if (coupling_ == nullptr || coupling_->global_rows() == 0) return true;
   // The factor belongs to M: fixed fibers keep theirs for good. It may lag behind S and W, which change less in a step
   // than M does in a few.
@@ -372,8 +382,8 @@ bool FluidSolver::prepare(bool geometry_changed, bool interface_changed) {
   if (tangent == nullptr) return true;
   if (single_ == nullptr)
     single_ = std::make_unique<SingleSolver>(fluid_, *tangent, coupling_, interface_, single_restart);
-  single_->prepare({pressure_.get(), pressure_scale_, fluid_.parameters().viscosity, continuity_scale(),
-                    &weight_->values(), &factor_});
+  single_->prepare(
+      {pressure_.get(), pressure_scale_, &pressure_mass_, continuity_scale(), &weight_->values(), &factor_});
   return true;
 }
 
@@ -392,7 +402,11 @@ linalg::KrylovResult FluidSolver::solve_single(Vec b, Vec x, double tolerance, i
     return result;
   }
   double residual = norm;
-  const bool many_sweeps = tolerance < loose_tolerance || weight_->strength() > slow_flow;
+  SingleSolver::Effort effort;
+  if (weight_->strength() > slow_flow)
+    effort = {many_sweeps, true};
+  else if (tolerance < loose_tolerance)
+    effort.sweeps = few_sweeps;
   for (int round = 0;; ++round) {
     {
       Read right(round == 0 ? b : work_);
@@ -403,7 +417,7 @@ linalg::KrylovResult FluidSolver::solve_single(Vec b, Vec x, double tolerance, i
     }
     const double wanted = std::max(tolerance * norm / residual, single_digits);
     const linalg::KrylovResult part =
-        single_->solve(single_right_.data(), single_solution_.data(), wanted, maximum - result.iterations, many_sweeps);
+        single_->solve(single_right_.data(), single_solution_.data(), wanted, maximum - result.iterations, effort);
     result.iterations += part.iterations;
     if (!std::isfinite(part.relative_residual)) {
       if (round == 0) FBI_PETSC(VecSet(x, 0.0));

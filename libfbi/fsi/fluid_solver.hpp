@@ -80,6 +80,7 @@ class FluidSolver {
   void renew_pressure();
   void renew_projected_pressure();
   std::array<std::array<double, 2>, 3> robin_ends(double coefficient) const;
+  void renew_pressure_mass();
   bool renew_velocity(bool geometry_changed, bool interface_changed);
   std::vector<double> sums_of_columns() const;
   bool renew_factor();
@@ -97,9 +98,10 @@ class FluidSolver {
   // Iterative.
   std::unique_ptr<linalg::Krylov> krylov_;
   std::unique_ptr<linalg::PressureSolver> pressure_;
-  double pressure_scale_ = 1.0;     // rho sigma; 1 where the pressure operator has it
-  double projection_ = 0.0;         // coefficient of the pressure projection in the operator, 0 with PSPG
-  double projected_inertia_ = 0.0;  // 1/(rho sigma) there
+  double pressure_scale_ = 1.0;        // rho sigma; 1 where the pressure operator has it
+  double projection_ = 0.0;            // coefficient of the pressure projection in the operator, 0 with PSPG
+  double projected_inertia_ = 0.0;     // 1/(rho sigma) there
+  std::vector<double> pressure_mass_;  // factor of the inverse mass in the pressure, shape=(owned nodes) [viscosity]
   double steady_scale_ = 1.0;
   std::unique_ptr<SingleSolver> single_;
   std::vector<float> single_right_, single_solution_;

@@ -10,9 +10,9 @@ namespace fbi::fsi {
 
 namespace {
 
-constexpr int most_sweeps = 3;        // of the velocity block in an iteration
-constexpr double enough_of_it = 0.1;  // residual of the momentum rows that ends them, relative
-constexpr std::size_t strip = 16;     // numbers of four nodes
+constexpr double enough_of_it = 0.1;     // residual of the momentum rows that ends sweeps, relative
+constexpr float convection_part = 0.5f;  // of C in the pressure: it does not quite commute with the gradient
+constexpr std::size_t strip = 16;        // numbers of four nodes
 constexpr std::size_t chunk = 4096;
 
 /// Sum of a b over the velocities of nodes, shape=(nodes,4): strips in floats, then in double.
@@ -60,15 +60,20 @@ void SingleSolver::prepare(const SinglePreconditioner& preconditioner) {
   for (std::size_t a = 0; a < nodes_; ++a)
     for (int i = 0; i < 3; ++i) weight_[4 * a + i] = static_cast<float>(weight[3 * a + i]);
   const std::vector<double>& volume = fluid_.lumped_volume();
-  for (std::size_t a = 0; a < owned_; ++a) mass_[a] = static_cast<float>(parts_.mass_scale / volume[a]);
+  for (std::size_t a = 0; a < owned_; ++a) mass_[a] = static_cast<float>((*parts_.mass_scale)[a] / volume[a]);
   tangent_.set_continuity_scale(parts_.continuity_scale);
   if (!has_multipliers()) return;
   rows_.resize(3 * static_cast<std::size_t>(coupling_->rows()));
   find_touched();
 }
 
-linalg::KrylovResult SingleSolver::solve(float* b, float* x, double tolerance, int maximum, bool many_sweeps) {
-  many_sweeps_ = many_sweeps;
+linalg::KrylovResult SingleSolver::solve(float* b, float* x, double tolerance, int maximum, const Effort& effort) {
+  effort_ = effort;
+  if (fluid_.parameters().convective_form == fluid::ConvectiveForm::none) effort_.convection = false;
+  if (effort_.convection) {
+    if (convection_ == nullptr) convection_ = std::make_unique<PressureConvection>(fluid_);
+    convection_->renew();
+  }
   return krylov_.solve(b, x, tolerance, maximum);
 }
 
@@ -125,20 +130,31 @@ void SingleSolver::apply_velocity(const float* z, float* w) {
                             : nullptr);
 }
 
-void SingleSolver::solve_pressure(float* z) {
+void SingleSolver::solve_pressure(float* z, float* w) {
   const Timed timed("pressure solve");
   parts_.pressure->apply(right_.data(), solution_.data());
+  if (effort_.convection) {
+    for (std::size_t a = 0; a < owned_; ++a) z[4 * a + 3] = solution_[a];
+    tangent_.halo().update_ghosts(z);
+    std::fill_n(w, 4 * nodes_, 0.0f);
+    convection_->add(z, w);
+    tangent_.halo().add_ghosts(w);
+  }
   const float scale = static_cast<float>(parts_.pressure_scale);
   for (std::size_t a = 0; a < owned_; ++a) z[4 * a + 3] = scale * solution_[a] + mass_[a] * right_[a];
+  if (!effort_.convection) return;
+  const std::vector<double>& volume = fluid_.lumped_volume();
+  for (std::size_t a = 0; a < owned_; ++a)
+    z[4 * a + 3] += convection_part / static_cast<float>(volume[a]) * w[4 * a + 3];
 }
 
 void SingleSolver::sweep(float* z, float* w) {
   const std::size_t size = 4 * owned_, room = 4 * nodes_;
   const Comm& comm = fluid_.mesh().comm;
-  sweeps_.resize(most_sweeps);
   const double start = comm.sum(velocity_dot(rest_.data(), rest_.data(), size));
   if (!(start > 0.0) || !std::isfinite(start)) return;
-  for (int j = 0; j < most_sweeps; ++j) {
+  for (int j = 0; j < effort_.sweeps; ++j) {
+    if (j == static_cast<int>(sweeps_.size())) sweeps_.emplace_back();
     Sweep& here = sweeps_[j];
     here.z.assign(room, 0.0f);
     here.w.assign(room, 0.0f);
@@ -166,10 +182,10 @@ void SingleSolver::sweep(float* z, float* w) {
 void SingleSolver::step(const float* v, float factor, float* z, float* w) {
   const float unscaled = factor / static_cast<float>(parts_.continuity_scale);
   for (std::size_t a = 0; a < owned_; ++a) right_[a] = unscaled * v[4 * a + 3];
-  solve_pressure(z);
+  solve_pressure(z, w);
   tangent_.halo().update_ghosts(z);
   tangent_.apply_to_pressure(z, w);
-  if (!many_sweeps_) {
+  if (effort_.sweeps <= 1) {
     velocity_block(v, factor, w, z);
     apply_velocity(z, w);
     return;

@@ -8,6 +8,7 @@
 #include "coupling/interface_operator.hpp"
 #include "fluid/fluid_field.hpp"
 #include "fluid/single_tangent.hpp"
+#include "fsi/pressure_convection.hpp"
 #include "linalg/multiplier_factor.hpp"
 #include "linalg/pressure_solver.hpp"
 #include "linalg/single_gmres.hpp"
@@ -17,10 +18,10 @@ namespace fbi::fsi {
 /// What the preconditioner is made of; all of it belongs to FluidSolver.
 struct SinglePreconditioner {
   linalg::PressureSolver* pressure = nullptr;
-  double pressure_scale = 1.0;  ///< p = pressure_scale P^-1 r_p + mass_scale r_p/V_a
-  double mass_scale = 0.0;
-  double continuity_scale = 1.0;                ///< of the continuity rows
-  const std::vector<double>* weight = nullptr;  ///< W, shape=(local nodes,3)
+  double pressure_scale = 1.0;                      ///< p = pressure_scale P^-1 r_p + mass_scale r_p/V_a
+  const std::vector<double>* mass_scale = nullptr;  ///< shape=(owned nodes)
+  double continuity_scale = 1.0;                    ///< of the continuity rows
+  const std::vector<double>* weight = nullptr;      ///< W, shape=(local nodes,3)
   const linalg::MultiplierFactor* factor = nullptr;
 };
 
@@ -28,12 +29,18 @@ struct SinglePreconditioner {
 ///   p = P^-1 r_p,  u = (W^-1 + M^T S^-1 M)^-1 (r_u - G p),
 /// everything in floats but the multipliers. G p is a part of both the preconditioner and the product, so that an
 /// iteration costs one pass over the velocity columns and one over the (cheap) pressure columns. Where tight
-/// tolerances, fast or viscous flow make many iterations, the velocity block is followed by up to two more, with
-/// minimal residuals between them (a preconditioner that varies, which FGMRES allows).
+/// tolerances, fast or viscous flow make many iterations, the velocity block is followed by more of them, with minimal
+/// residuals between them (a preconditioner that varies, which FGMRES allows), and p has convection as well.
 ///
 /// Rows and columns of unknowns that are not free are left out: b is zero there, and so is x.
 class SingleSolver {
  public:
+  /// How far the preconditioner solves its equations in every iteration: more makes fewer, longer iterations.
+  struct Effort {
+    int sweeps = 1;           ///< of the velocity block, at most
+    bool convection = false;  ///< p = pressure_scale P^-1 r_p + (1/2 C P^-1 r_p + mass_scale r_p)/V_a
+  };
+
   /// `coupling` and `interface` are null without fibers. Collective.
   SingleSolver(fluid::FluidField& fluid, fluid::SingleTangent& tangent, const coupling::Coupling* coupling,
                const coupling::InterfaceOperator* interface, int restart);
@@ -43,8 +50,7 @@ class SingleSolver {
   /// Takes the parts along the normals of slip walls out of the first `nodes` nodes.
   void remove_normal(float* values, Index nodes) const { tangent_.remove_normal(values, nodes); }
   /// b: shape=(owned nodes,4) in scaled continuity rows, overwritten. x likewise. Collective.
-  /// @param many_sweeps  the velocity block solves its equations further in every iteration: fewer, longer iterations
-  linalg::KrylovResult solve(float* b, float* x, double tolerance, int maximum, bool many_sweeps);
+  linalg::KrylovResult solve(float* b, float* x, double tolerance, int maximum, const Effort& effort);
 
  private:
   void step(const float* v, float factor, float* z, float* w);
@@ -52,7 +58,8 @@ class SingleSolver {
   void find_touched();
   void add_multipliers(const float* z, float* product);
   void apply_velocity(const float* z, float* w);
-  void solve_pressure(float* z);
+  /// Fourth entries of z for right_; uses w, shape=(nodes,4). Collective.
+  void solve_pressure(float* z, float* w);
   /// Minimal residuals with the velocity block on A_uu u = rest_: adds u to z, its product to w, and takes the latter
   /// from the velocities of rest_. The fourth entries of u are zero.
   void sweep(float* z, float* w);
@@ -74,9 +81,10 @@ class SingleSolver {
     std::vector<float> z, w;  ///< a direction and its product, shape=(nodes,4)
     double squared_norm = 0.0;
   };
-  bool many_sweeps_ = false;
-  std::vector<Sweep> sweeps_;  ///< empty until needed
-  std::vector<float> rest_;    ///< what the velocities leave, shape=(owned nodes,4)
+  Effort effort_;
+  std::unique_ptr<PressureConvection> convection_;  ///< null until needed
+  std::vector<Sweep> sweeps_;                       ///< as many as were needed
+  std::vector<float> rest_;                         ///< what the velocities leave, shape=(owned nodes,4)
   linalg::SingleGmres krylov_;
 };
 

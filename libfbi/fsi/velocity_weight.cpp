@@ -44,6 +44,7 @@ void VelocityWeight::renew() {
   const bool convective = parameters.convective_form != fluid::ConvectiveForm::none;
   const std::vector<double>& tau = fluid_.tau_m();
   std::vector<double> diagonal(mesh.local_nodes(), 0.0);
+  grad_div_.assign(mesh.local_nodes(), 0.0);
   {
     GhostedForm form(fluid_.iterate());
     Read velocity(form.get());
@@ -71,11 +72,15 @@ void VelocityWeight::renew() {
                               : parameters.grad_div                         ? 0.5 * density * speed * h
                                                                             : 0.0;
       const double diffusion = (viscosity + (streamline + grad_div) / 3.0) * cell_diffusion_[c];
-      for (int a = 0; a < 8; ++a) diagonal[nodes[a]] += diffusion + 0.125 * reaction * h * h * h;
+      for (int a = 0; a < 8; ++a) {
+        diagonal[nodes[a]] += diffusion + 0.125 * reaction * h * h * h;
+        grad_div_[nodes[a]] += 0.125 * grad_div * fluid_.cell_volume(c);
+      }
     }
   }
-  complete_ghosts(diagonal);
+  complete_ghosts(diagonal, grad_div_);
   const std::vector<double>& volume = fluid_.lumped_volume();
+  for (std::size_t a = 0; a < grad_div_.size(); ++a) grad_div_[a] /= volume[a];
   const std::vector<char>& dirichlet = fluid_.is_dirichlet();
   strength_ = 0.0;
   for (Index a = 0; a < mesh.owned_nodes; ++a)
@@ -88,13 +93,14 @@ void VelocityWeight::renew() {
   }
 }
 
-void VelocityWeight::complete_ghosts(std::vector<double>& nodal) {
+void VelocityWeight::complete_ghosts(std::vector<double>& first, std::vector<double>& second) {
   const Index nodes = fluid_.mesh().local_nodes();
   {
     GhostedForm form(work_);
     Write to(form.get());
     for (Index a = 0; a < nodes; ++a)
-      for (int i = 0; i < 4; ++i) to.get()[4 * static_cast<std::size_t>(a) + i] = i == 0 ? nodal[a] : 0.0;
+      for (int i = 0; i < 4; ++i)
+        to.get()[4 * static_cast<std::size_t>(a) + i] = i == 0 ? first[a] : i == 1 ? second[a] : 0.0;
   }
   FBI_PETSC(VecGhostUpdateBegin(work_, ADD_VALUES, SCATTER_REVERSE));
   FBI_PETSC(VecGhostUpdateEnd(work_, ADD_VALUES, SCATTER_REVERSE));
@@ -102,7 +108,10 @@ void VelocityWeight::complete_ghosts(std::vector<double>& nodal) {
   FBI_PETSC(VecGhostUpdateEnd(work_, INSERT_VALUES, SCATTER_FORWARD));
   GhostedForm form(work_);
   Read from(form.get());
-  for (Index a = 0; a < nodes; ++a) nodal[a] = from.get()[4 * static_cast<std::size_t>(a)];
+  for (Index a = 0; a < nodes; ++a) {
+    first[a] = from.get()[4 * static_cast<std::size_t>(a)];
+    second[a] = from.get()[4 * static_cast<std::size_t>(a) + 1];
+  }
 }
 
 }  // namespace fbi::fsi

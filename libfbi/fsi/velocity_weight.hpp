@@ -1,4 +1,4 @@
-/// Diagonal approximation of the fluid's velocity block, inverted: the weight W of the preconditioner.
+/// Diagonal approximations in the preconditioner: the inverse W of the fluid's velocity block, tau_C at nodes.
 #pragma once
 
 #include <vector>
@@ -18,17 +18,21 @@ class VelocityWeight {
   void renew();
   /// W, zero where the velocity is given, shape=(local nodes,3).
   const std::vector<double>& values() const { return values_; }
+  /// tau_C of the grad-div term, the mean of a node's cells weighted by volume [dynamic viscosity], shape=(local
+  /// nodes).
+  const std::vector<double>& grad_div() const { return grad_div_; }
   /// Largest part of W^-1 that is not inertia, over inertia: some CFL + 4 mu dt/(rho h^2); the same on all ranks.
   double strength() const { return strength_; }
 
  private:
-  void complete_ghosts(std::vector<double>& nodal);
+  /// Sums of all ranks. Collective.
+  void complete_ghosts(std::vector<double>& first, std::vector<double>& second);
 
   fluid::FluidField& fluid_;
   linalg::VecHandle work_;
   std::vector<double> cell_size_;       // V^(1/3) [length], shape=(local cells)
   std::vector<double> cell_diffusion_;  // int |grad N_a|^2 [length], shape=(local cells)
-  std::vector<double> values_;
+  std::vector<double> values_, grad_div_;
   double strength_ = 0.0;
   double sigma_ = -1.0;  // that W was computed for
 };

@@ -53,9 +53,11 @@ class Bitwise(ProgramTest):
         self.in_two_parts(case, (3, 3, 3))
 
     def test_other_ranks(self):
-        for ranks in ((1, 1, 2), (1, 2, 1), (2, 2, 3)):
-            with self.subTest(ranks=ranks):
-                self.in_two_parts(reed(solver=TIGHT, time__fluid={"theta": 0.5}), ranks, 1e-7)
+        # Accelerations of fibers, where a solver's rounding is largest, differ by some 2e-7 with the iteration.
+        for linear, tolerance in (("direct", 1e-7), ("iterative", 1e-6)):
+            for ranks in ((1, 1, 2), (1, 2, 1), (2, 2, 3)):
+                with self.subTest(linear=linear, ranks=ranks):
+                    self.in_two_parts(reed(solver={**TIGHT, "linear": linear}, time__fluid={"theta": 0.5}), ranks, tolerance)
 
     def test_runs_on_two_ranks_are_repeatable(self):
         runs = [self.complete_run(reed(), f"run{k}", 2) for k in range(3)]
