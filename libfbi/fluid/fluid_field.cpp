@@ -396,6 +396,10 @@ bool FluidField::is_linear() const {
 }
 bool FluidField::has_single_precision() const { return !implementation_->cells.is_extended(); }
 bool FluidField::is_steady() const { return implementation_->steady(); }
+bool FluidField::is_second_order() const {
+  const FluidTimeParameters& time = implementation_->time_parameters;
+  return time.scheme == TimeScheme::bdf2 || (time.scheme == TimeScheme::one_step_theta && time.theta < 0.6);
+}
 double FluidField::theta() const { return implementation_->theta; }
 Vec FluidField::iterate() { return implementation_->iterate; }
 Vec FluidField::accepted() { return implementation_->accepted; }

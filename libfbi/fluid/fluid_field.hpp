@@ -49,6 +49,7 @@ class FluidField {
   void begin_step(double time, double dt);
   /// dv'/dv of this step: 1/(theta dt), 3/(2 dt) for BDF2, that of pseudo-time for steady (0 without).
   double sigma() const;
+  bool is_second_order() const;  ///< the error in time, or nearly: BDF2, theta < 0.6
   double theta() const;  ///< of this step (1 in start-up steps after an impulsive start, for BDF2 and for steady)
   RateFormula rate_formula() const;  ///< of this step
   bool is_steady() const;

@@ -22,8 +22,9 @@ System::System(fluid::FluidField* fluid, beam::BeamField* beams, const mesh::Fib
       fibers_(fibers),
       coupling_parameters_(coupling_parameters),
       scheme_(scheme),
-      solver_parameters_(
-          with_tolerances(solver, fluid != nullptr && !fluid->is_steady() && scheme.scheme == Scheme::monolithic)),
+      solver_parameters_(with_tolerances(solver,
+                                         fluid != nullptr && !fluid->is_steady() && scheme.scheme == Scheme::monolithic,
+                                         fluid != nullptr && fluid->is_second_order())),
       comm_(fluid != nullptr ? fluid->mesh().comm : fibers->comm) {
   if (beams_ != nullptr) {
     fibers_move_ = comm_.any(beams_->moving_fibers() > 0);
