@@ -305,11 +305,14 @@ void FluidSolver::renew_projected_pressure() {
 }
 
 void FluidSolver::renew_pressure_mass() {
-  const std::vector<double>& grad_div = weight_->grad_div();
-  pressure_mass_.resize(fluid_.mesh().owned_nodes);
-  for (std::size_t a = 0; a < pressure_mass_.size(); ++a)
-    pressure_mass_[a] =
-        projection_ > 0.0 ? 1.0 / projection_ : fluid_.parameters().viscosity + grad_div_part * grad_div[a];
+  const double same = projection_ > 0.0 ? 1.0 / projection_ : fluid_.parameters().viscosity;
+  pressure_mass_.assign(fluid_.mesh().owned_nodes, same);
+  // A few digits of slow flow are there before tau_C shows.
+  const bool demanding = parameters_.precision == Precision::twofold || !fluid_.has_single_precision() ||
+                         parameters_.krylov_tolerance < loose_tolerance || weight_->strength() > slow_flow;
+  if (projection_ > 0.0 || !demanding) return;
+  const std::vector<double> grad_div = weight_->grad_div();
+  for (std::size_t a = 0; a < pressure_mass_.size(); ++a) pressure_mass_[a] += grad_div_part * grad_div[a];
 }
 
 bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed) {

@@ -44,7 +44,7 @@ void VelocityWeight::renew() {
   const bool convective = parameters.convective_form != fluid::ConvectiveForm::none;
   const std::vector<double>& tau = fluid_.tau_m();
   std::vector<double> diagonal(mesh.local_nodes(), 0.0);
-  grad_div_.assign(mesh.local_nodes(), 0.0);
+  cell_grad_div_.resize(cell_size_.size());
   {
     GhostedForm form(fluid_.iterate());
     Read velocity(form.get());
@@ -72,15 +72,12 @@ void VelocityWeight::renew() {
                               : parameters.grad_div                         ? 0.5 * density * speed * h
                                                                             : 0.0;
       const double diffusion = (viscosity + (streamline + grad_div) / 3.0) * cell_diffusion_[c];
-      for (int a = 0; a < 8; ++a) {
-        diagonal[nodes[a]] += diffusion + 0.125 * reaction * h * h * h;
-        grad_div_[nodes[a]] += 0.125 * grad_div * fluid_.cell_volume(c);
-      }
+      for (int a = 0; a < 8; ++a) diagonal[nodes[a]] += diffusion + 0.125 * reaction * h * h * h;
+      cell_grad_div_[c] = grad_div;
     }
   }
-  complete_ghosts(diagonal, grad_div_);
+  complete_ghosts(diagonal);
   const std::vector<double>& volume = fluid_.lumped_volume();
-  for (std::size_t a = 0; a < grad_div_.size(); ++a) grad_div_[a] /= volume[a];
   const std::vector<char>& dirichlet = fluid_.is_dirichlet();
   strength_ = 0.0;
   for (Index a = 0; a < mesh.owned_nodes; ++a)
@@ -93,14 +90,26 @@ void VelocityWeight::renew() {
   }
 }
 
-void VelocityWeight::complete_ghosts(std::vector<double>& first, std::vector<double>& second) {
+std::vector<double> VelocityWeight::grad_div() {
+  const mesh::HexMesh& mesh = fluid_.mesh();
+  std::vector<double> nodal(mesh.local_nodes(), 0.0);
+  for (Index c = 0; c < mesh.local_cells(); ++c) {
+    const double share = 0.125 * cell_grad_div_[c] * fluid_.cell_volume(c);
+    for (std::size_t k = 8 * static_cast<std::size_t>(c); k < 8 * static_cast<std::size_t>(c) + 8; ++k)
+      nodal[mesh.cells[k]] += share;
+  }
+  complete_ghosts(nodal);
+  for (std::size_t a = 0; a < nodal.size(); ++a) nodal[a] /= fluid_.lumped_volume()[a];
+  return nodal;
+}
+
+void VelocityWeight::complete_ghosts(std::vector<double>& nodal) {
   const Index nodes = fluid_.mesh().local_nodes();
   {
     GhostedForm form(work_);
     Write to(form.get());
     for (Index a = 0; a < nodes; ++a)
-      for (int i = 0; i < 4; ++i)
-        to.get()[4 * static_cast<std::size_t>(a) + i] = i == 0 ? first[a] : i == 1 ? second[a] : 0.0;
+      for (int i = 0; i < 4; ++i) to.get()[4 * static_cast<std::size_t>(a) + i] = i == 0 ? nodal[a] : 0.0;
   }
   FBI_PETSC(VecGhostUpdateBegin(work_, ADD_VALUES, SCATTER_REVERSE));
   FBI_PETSC(VecGhostUpdateEnd(work_, ADD_VALUES, SCATTER_REVERSE));
@@ -108,10 +117,7 @@ void VelocityWeight::complete_ghosts(std::vector<double>& first, std::vector<dou
   FBI_PETSC(VecGhostUpdateEnd(work_, INSERT_VALUES, SCATTER_FORWARD));
   GhostedForm form(work_);
   Read from(form.get());
-  for (Index a = 0; a < nodes; ++a) {
-    first[a] = from.get()[4 * static_cast<std::size_t>(a)];
-    second[a] = from.get()[4 * static_cast<std::size_t>(a) + 1];
-  }
+  for (Index a = 0; a < nodes; ++a) nodal[a] = from.get()[4 * static_cast<std::size_t>(a)];
 }
 
 }  // namespace fbi::fsi

@@ -19,20 +19,21 @@ class VelocityWeight {
   /// W, zero where the velocity is given, shape=(local nodes,3).
   const std::vector<double>& values() const { return values_; }
   /// tau_C of the grad-div term, the mean of a node's cells weighted by volume [dynamic viscosity], shape=(local
-  /// nodes).
-  const std::vector<double>& grad_div() const { return grad_div_; }
+  /// nodes). Collective.
+  std::vector<double> grad_div();
   /// Largest part of W^-1 that is not inertia, over inertia: some CFL + 4 mu dt/(rho h^2); the same on all ranks.
   double strength() const { return strength_; }
 
  private:
   /// Sums of all ranks. Collective.
-  void complete_ghosts(std::vector<double>& first, std::vector<double>& second);
+  void complete_ghosts(std::vector<double>& nodal);
 
   fluid::FluidField& fluid_;
   linalg::VecHandle work_;
   std::vector<double> cell_size_;       // V^(1/3) [length], shape=(local cells)
   std::vector<double> cell_diffusion_;  // int |grad N_a|^2 [length], shape=(local cells)
-  std::vector<double> values_, grad_div_;
+  std::vector<double> cell_grad_div_;   // tau_C at the last renewal, shape=(local cells)
+  std::vector<double> values_;
   double strength_ = 0.0;
   double sigma_ = -1.0;  // that W was computed for
 };
