@@ -147,7 +147,9 @@ TEST(Ranks, fiber_that_crosses_a_rank_boundary) {
   report("crossing, rightmost tip", right);
   EXPECT_GT(right, 1.52);
   // With two ranks or more some rank holds other pieces of the fiber than at the start.
-  if (run.comm().size() == 2 || run.comm().size() == 4) EXPECT_TRUE(run.comm().any(changed));
+  if (run.comm().size() == 2 || run.comm().size() == 4) {
+    EXPECT_TRUE(run.comm().any(changed));
+  }
   expect_equal("crossing", run, expected);
 }
 
