@@ -429,6 +429,7 @@ std::array<double, 3> FluidField::boundary_flow() const {
 }
 const std::vector<double>& FluidField::lumped_volume() const { return implementation_->lumped_volume; }
 const std::vector<double>& FluidField::tau_m() const { return implementation_->cells.tau_pressure(); }
+double FluidField::tau_streamline(Index cell) const { return implementation_->cells.tau_convection(cell); }
 double FluidField::tau_c(Index cell) const { return implementation_->cells.tau_divergence(cell); }
 double FluidField::cell_volume(Index cell) const { return implementation_->cells.volume()[cell]; }
 double FluidField::pressure_projection(Index cell) const { return implementation_->cells.projection(cell); }

@@ -113,6 +113,8 @@ class FluidField {
   const std::vector<double>& lumped_volume() const;
   /// tau_M of PSPG at each local cell for this step [time/density], shape=(local cells).
   const std::vector<double>& tau_m() const;
+  /// tau_M of SUPG at a local cell [time/density].
+  double tau_streamline(Index cell) const;
   /// tau_C at a local cell [viscosity].
   double tau_c(Index cell) const;
   /// Coefficient of the pressure projection in a local cell, 0 with PSPG [1/viscosity].

@@ -66,6 +66,8 @@ class Operator {
 
   /// tau_M of PSPG at the cell centers, shape=(cells) [time/density].
   const std::vector<double>& tau_pressure() const { return tau_pressure_; }
+  /// tau_M of SUPG of a cell (of its first point where tau is taken at the points) [time/density].
+  double tau_convection(Index cell) const { return tau(cell / fem::batch_size)->convection[cell % fem::batch_size]; }
   /// tau_C of a cell (of its first point where tau is taken at the points) [viscosity].
   double tau_divergence(Index cell) const { return tau(cell / fem::batch_size)->divergence[cell % fem::batch_size]; }
   /// Coefficient of the pressure projection in a cell, 0 with PSPG [1/viscosity].

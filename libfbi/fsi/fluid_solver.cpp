@@ -24,6 +24,7 @@ constexpr int single_restart = 40;
 constexpr double tired_effort = 1.5;      // iterations with a factor that lags, against those when it was new
 constexpr double most_effort = 8.0;       // iterations a decade, then blocks give way to sparse factors
 constexpr int few_iterations = 15;        // of a solve that says nothing about its effort
+constexpr int longest_rest = 64;          // preparations for which lines are left out, at most
 constexpr double other_sigma = 0.25;      // change of 1/dt after which a factor is not that of the problem any more
 constexpr int tired_iterations = 40;      // of one solve, then it is renewed
 constexpr double loose_tolerance = 3e-3;  // above, one sweep of the velocity block in an iteration is fastest
@@ -63,6 +64,8 @@ FluidSolver::FluidSolver(fluid::FluidField& fluid, const coupling::Coupling* cou
     return;
   }
   weight_ = std::make_unique<VelocityWeight>(fluid_);
+  if (is_single() && fluid_.has_single_precision() && VelocityLines::supports(mesh))
+    lines_ = std::make_unique<VelocityLines>(fluid_);
   work_ = fluid_.create_vector();
   FBI_PETSC(VecCreateMPI(comm_.get(), mesh.owned_nodes, mesh.independent_nodes, pressure_right_.out()));
   FBI_PETSC(VecDuplicate(pressure_right_, pressure_solution_.out()));
@@ -316,17 +319,23 @@ void FluidSolver::renew_pressure_mass() {
 }
 
 bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed) {
-  weight_->renew();
+  const bool renewed = weight_->renew();
+  lines_current_ = lines_current_ && !renewed;
+  if (lines_rest_ > 0) --lines_rest_;
+  if (uses_lines() && !lines_current_) {
+    lines_->renew(*weight_);
+    lines_current_ = true;
+  }
   renew_pressure_mass();
   if (coupling_ == nullptr || coupling_->global_rows() == 0) return true;
   // The factor belongs to M: fixed fibers keep theirs for good. It may lag behind S and W, which change less in a step
   // than M does in a few.
-  const bool renew = geometry_changed || age_.rows != coupling_->rows() ||
+  const bool renew = geometry_changed || factor_of_lines_ != uses_lines() || age_.rows != coupling_->rows() ||
                      std::abs(age_.sigma - fluid_.sigma()) > other_sigma * fluid_.sigma() ||
                      (!age_.exact && age_.effort > tired_effort * age_.fresh_effort);
   age_.exact = age_.exact && !interface_changed;
   if (!comm_.any(renew)) return true;
-  return renew_factor();
+  return renew_factor(uses_lines());
 }
 
 /// M^T 1 of all ranks, shape=(local nodes); empty on one rank. Collective.
@@ -351,11 +360,12 @@ std::vector<double> FluidSolver::sums_of_columns() const {
   return sums;
 }
 
-bool FluidSolver::renew_factor() {
+bool FluidSolver::renew_factor(bool of_lines) {
   Timed timed("multiplier factor");
   count("multiplier factorizations");
-  linalg::MultiplierRows rows =
-      coupling::complete_rows(fluid_.mesh(), *coupling_, weight_->values(), sums_of_columns());
+  factor_of_lines_ = of_lines;
+  linalg::MultiplierRows rows = coupling::complete_rows(
+      fluid_.mesh(), *coupling_, of_lines ? lines_->diagonal() : weight_->values(), sums_of_columns());
   std::vector<linalg::InterfaceBlock> blocks;
   for (Index f = 0; f < interface_->fibers(); ++f) {
     if (interface_->is_joined(f)) continue;
@@ -368,7 +378,9 @@ bool FluidSolver::renew_factor() {
       blocks.push_back({0, static_cast<Index>(interface_->joined_rows(g).size()), interface_->joined_block(g).data(),
                         nullptr, interface_->joined_rows(g).data()});
   age_ = {coupling_->rows(), fluid_.sigma(), true, 0.0, 0.0};
-  return !comm_.any(!factor_.factorize(std::move(rows), blocks, exact_factor_));
+  const bool failed = comm_.any(!factor_.factorize(std::move(rows), blocks, exact_factor_));
+  if (failed) age_.rows = -1;
+  return !failed;
 }
 
 bool FluidSolver::prepare(bool geometry_changed, bool interface_changed) {
@@ -385,9 +397,13 @@ bool FluidSolver::prepare(bool geometry_changed, bool interface_changed) {
   if (tangent == nullptr) return true;
   if (single_ == nullptr)
     single_ = std::make_unique<SingleSolver>(fluid_, *tangent, coupling_, interface_, single_restart);
-  single_->prepare(
-      {pressure_.get(), pressure_scale_, &pressure_mass_, continuity_scale(), &weight_->values(), &factor_});
+  prepare_single();
   return true;
+}
+
+void FluidSolver::prepare_single() {
+  single_->prepare({pressure_.get(), pressure_scale_, &pressure_mass_, continuity_scale(),
+                    uses_lines() ? nullptr : &weight_->values(), uses_lines() ? lines_.get() : nullptr, &factor_});
 }
 
 linalg::KrylovResult FluidSolver::solve_single(Vec b, Vec x, double tolerance, int maximum) {
@@ -478,11 +494,11 @@ linalg::KrylovResult FluidSolver::solve(Vec b, Vec x, double tolerance) {
   } else {
     const bool coupled = coupling_ != nullptr && coupling_->global_rows() > 0;
     const bool approximate = coupled && !exact_factor_ && comm_.any(factor_.is_approximate());
-    const bool lags = coupled && (!age_.exact || approximate);
-    const double effort = approximate ? most_effort : 2.0 * age_.fresh_effort;
+    const bool lags = coupled && (!age_.exact || approximate), lines = uses_lines();
+    const double effort = approximate || lines ? most_effort : 2.0 * age_.fresh_effort;
     const int expected = static_cast<int>(effort * -std::log10(std::min(tolerance, 1.0)));
-    const int enough = lags ? std::min(parameters_.krylov_iterations, std::max(tired_iterations, expected))
-                            : parameters_.krylov_iterations;
+    const int enough = lags || lines ? std::min(parameters_.krylov_iterations, std::max(tired_iterations, expected))
+                                     : parameters_.krylov_iterations;
     result = iterate(x, tolerance, enough);
     // Inverses of blocks do not suffice where stiff fibers share cells and the penalty is large.
     const bool slow = result.iterations > few_iterations && age_.effort > most_effort;
@@ -490,7 +506,18 @@ linalg::KrylovResult FluidSolver::solve(Vec b, Vec x, double tolerance) {
       exact_factor_ = true;
       count("multiplier blocks given up");
     }
-    if (!result.converged && lags && renew_factor()) {
+    bool again = false;
+    if (!result.converged && lines) {
+      // Nor do a few steps for the multipliers of lines then.
+      lines_rest_ = next_rest_;
+      next_rest_ = std::min(2 * next_rest_, longest_rest);
+      count("velocity lines left out");
+      again = !coupled || renew_factor(false);
+      if (again) prepare_single();
+    } else if (!result.converged && lags) {
+      again = renew_factor(false);
+    }
+    if (again) {
       const int before = result.iterations;
       result = iterate(x, tolerance, parameters_.krylov_iterations);
       result.iterations += before;
@@ -505,6 +532,8 @@ linalg::KrylovResult FluidSolver::iterate(Vec x, double tolerance, int maximum) 
   linalg::KrylovResult result;
   if (single_ != nullptr) result = solve_single(scaled_, x, tolerance, maximum);
   if (!result.converged && result.iterations < maximum) {
+    // Double precision has W.
+    if (factor_of_lines_ && !renew_factor(false)) return result;
     const int before = result.iterations;
     result = krylov_->solve(scaled_, x, tolerance, maximum - before);
     result.iterations += before;

@@ -12,6 +12,7 @@
 #include "fsi/extended_system.hpp"
 #include "fsi/parameters.hpp"
 #include "fsi/single_solver.hpp"
+#include "fsi/velocity_lines.hpp"
 #include "fsi/velocity_weight.hpp"
 #include "linalg/krylov.hpp"
 #include "linalg/multiplier_factor.hpp"
@@ -29,11 +30,11 @@ bool solves_directly(const SolverParameters& parameters, const fluid::FluidField
 /// Solves with the tangent of the fluid at its linearisation point, with or without fibers.
 ///
 /// Iterative: FGMRES with a pressure-splitting block preconditioner. The velocity block is (W^-1 + M^T S^-1 M)^-1 with
-/// the diagonal W of VelocityWeight, by Woodbury; it is applied after the pressure operator, the Laplacian
-/// divided by rho sigma with a Robin condition at open faces, which is solved exactly on boxes and by one multigrid
-/// cycle elsewhere; mu times the inverse lumped mass is added to it. With the pressure projection its action on smooth
-/// pressures, a Laplacian with coefficient c h^2/12, is part of the pressure operator. The continuity rows are scaled
-/// by rho sigma h, which gives all rows the unit of a force.
+/// the diagonal W of VelocityWeight, by Woodbury, or on boxes in single precision with VelocityLines in its place; it
+/// is applied after the pressure operator, the Laplacian divided by rho sigma with a Robin condition at open faces,
+/// which is solved exactly on boxes and by one multigrid cycle elsewhere; mu times the inverse lumped mass is added to
+/// it. With the pressure projection its action on smooth pressures, a Laplacian with coefficient c h^2/12, is part of
+/// the pressure operator. The continuity rows are scaled by rho sigma h, which gives all rows the unit of a force.
 ///
 /// Iterations run in single precision (SingleSolver) where the equations allow it; what is asked for beyond its digits
 /// comes by refinement: residuals in double, corrections in single precision. Where that does not get on, and with
@@ -83,7 +84,8 @@ class FluidSolver {
   void renew_pressure_mass();
   bool renew_velocity(bool geometry_changed, bool interface_changed);
   std::vector<double> sums_of_columns() const;
-  bool renew_factor();
+  bool renew_factor(bool of_lines);
+  void prepare_single();
   linalg::KrylovResult iterate(Vec x, double tolerance, int maximum);
   void remove_mean_pressure(Vec x) const;
 
@@ -107,6 +109,13 @@ class FluidSolver {
   std::vector<float> single_right_, single_solution_;
   double factor_sigma_ = -1.0;  // that the direct factors were made for
   std::unique_ptr<VelocityWeight> weight_;
+  /// Whether lines stand for W: they rest after solves that did not converge with them.
+  bool uses_lines() const { return lines_ != nullptr && lines_rest_ == 0; }
+  std::unique_ptr<VelocityLines> lines_;  // in single precision on boxes
+  bool lines_current_ = false;            // renewed with W
+  int lines_rest_ = 0;                    // preparations until they are tried again
+  int next_rest_ = 4;                     // after the next solve without convergence
+  bool factor_of_lines_ = false;          // factor_ has the diagonal of lines_ in place of W
   linalg::MultiplierFactor factor_;
   bool exact_factor_ = false;  // from now on sparse factors in any case
   /// How the factor of the multipliers ages: it is kept while S and W change and iterations stay few.

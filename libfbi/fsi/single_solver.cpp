@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/counters.hpp"
 #include "base/node_vector.hpp"
 #include "base/timer.hpp"
 
@@ -12,6 +13,9 @@ namespace {
 
 constexpr double enough_of_it = 0.1;     // residual of the momentum rows that ends sweeps, relative
 constexpr float convection_part = 0.5f;  // of C in the pressure: it does not quite commute with the gradient
+constexpr int most_directions = 6;
+constexpr double enough_of_rows = 0.06;  // residual of the multipliers' rows that ends their iteration, relative
+constexpr double no_news = 1e-10;        // squared part of a product that earlier ones do not have, below: round-off
 constexpr std::size_t strip = 16;        // numbers of four nodes
 constexpr std::size_t chunk = 4096;
 
@@ -45,7 +49,6 @@ SingleSolver::SingleSolver(fluid::FluidField& fluid, fluid::SingleTangent& tange
       interface_(interface),
       owned_(fluid.mesh().owned_nodes),
       nodes_(fluid.mesh().local_nodes()),
-      weight_(4 * nodes_),
       mass_(owned_),
       force_(coupling != nullptr ? 4 * nodes_ : 0),
       right_(owned_),
@@ -56,15 +59,30 @@ SingleSolver::SingleSolver(fluid::FluidField& fluid, fluid::SingleTangent& tange
 
 void SingleSolver::prepare(const SinglePreconditioner& preconditioner) {
   parts_ = preconditioner;
-  const std::vector<double>& weight = *parts_.weight;
-  for (std::size_t a = 0; a < nodes_; ++a)
-    for (int i = 0; i < 3; ++i) weight_[4 * a + i] = static_cast<float>(weight[3 * a + i]);
+  if (parts_.weight != nullptr) {
+    const std::vector<double>& weight = *parts_.weight;
+    weight_.resize(4 * nodes_);
+    for (std::size_t a = 0; a < nodes_; ++a)
+      for (int i = 0; i < 3; ++i) weight_[4 * a + i] = static_cast<float>(weight[3 * a + i]);
+  }
   const std::vector<double>& volume = fluid_.lumped_volume();
   for (std::size_t a = 0; a < owned_; ++a) mass_[a] = static_cast<float>((*parts_.mass_scale)[a] / volume[a]);
   tangent_.set_continuity_scale(parts_.continuity_scale);
+  if (parts_.lines != nullptr) {
+    given_.clear();
+    for (const std::size_t k : fluid_.boundaries().fixed())
+      if (k % 4 != 3) given_.push_back(k);
+    line_right_.resize(4 * owned_);
+  }
   if (!has_multipliers()) return;
   rows_.resize(3 * static_cast<std::size_t>(coupling_->rows()));
   find_touched();
+  if (parts_.lines == nullptr) return;
+  std::vector<char> reached = parts_.lines->reached(touched_);
+  if (reached == reached_ && reached_axis_ == parts_.lines->axis()) return;
+  reached_ = std::move(reached);
+  reached_axis_ = parts_.lines->axis();
+  for (Direction& direction : directions_) std::fill(direction.velocity.begin(), direction.velocity.end(), 0.0f);
 }
 
 linalg::KrylovResult SingleSolver::solve(float* b, float* x, double tolerance, int maximum, const Effort& effort) {
@@ -86,9 +104,11 @@ void SingleSolver::find_touched() {
   std::fill(force_.begin(), force_.end(), 0.0f);
 }
 
-/// velocity = (W^-1 + M^T S^-1 M)^-1 (factor v - gradient), with ghosts; fourth entries stay. Collective.
+/// velocity = (W^-1 + M^T S^-1 M)^-1 (factor v - gradient), or V^-1 for W^-1, with ghosts; fourth entries stay.
+/// Collective.
 void SingleSolver::velocity_block(const float* v, float factor, const float* gradient, float* velocity) {
   const Timed timed("velocity block");
+  if (parts_.lines != nullptr) return line_block(v, factor, gradient, velocity);
   const fluid::Halo& halo = tangent_.halo();
   for (std::size_t k = 0; k < 4 * owned_; k += 4) {
     NodeVector<float> right = factor * load_node(v + k);
@@ -114,6 +134,88 @@ void SingleSolver::velocity_block(const float* v, float factor, const float* gra
   std::fill(force_.begin() + static_cast<std::ptrdiff_t>(4 * owned_), force_.end(), 0.0f);
   tangent_.remove_normal(velocity, static_cast<Index>(owned_));
   halo.update_ghosts(velocity);
+}
+
+void SingleSolver::apply_lines(float* r, float* x, const std::vector<char>* only) {
+  const Timed timed("lines");
+  for (const std::size_t k : given_) r[k] = 0.0f;
+  tangent_.remove_normal(r, static_cast<Index>(owned_));
+  parts_.lines->apply(r, x, only);
+  for (const std::size_t k : given_) x[k] = 0.0f;
+  tangent_.remove_normal(x, static_cast<Index>(owned_));
+  tangent_.halo().update_ghosts(x);
+}
+
+/// velocity_block with V in place of W.
+void SingleSolver::line_block(const float* v, float factor, const float* gradient, float* velocity) {
+  for (std::size_t k = 0; k < 4 * owned_; k += 4) {
+    NodeVector<float> right = factor * load_node(v + k);
+    if (gradient != nullptr) right -= load_node(gradient + k);
+    store_node(right, &line_right_[k]);
+  }
+  apply_lines(line_right_.data(), velocity);
+  if (has_multipliers()) add_constraint(velocity);
+}
+
+/// T lambda = M velocity to a few per cent: what is left of it comes back as a force of S^-1 times it.
+void SingleSolver::add_constraint(float* velocity) {
+  const Timed timed("multiplier solve");
+  const Comm& comm = fluid_.mesh().comm;
+  const fluid::Halo& halo = tangent_.halo();
+  const std::size_t size = rows_.size();
+  const auto dot = [size](const std::vector<double>& a, const std::vector<double>& b) {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < size; ++k) sum += a[k] * b[k];
+    return sum;
+  };
+  coupling_->interpolate(velocity, rows_.data());
+  const double enough = enough_of_rows * enough_of_rows * comm.sum(dot(rows_, rows_));
+  multipliers_.resize(size);
+  law_.resize(size);
+  // T z_i = q_i + sum_j<i h_ij q_j with orthogonal q; rows_ becomes the residual.
+  double coefficient[most_directions] = {}, h[most_directions][most_directions] = {};
+  int used = 0;
+  for (int i = 0; i < most_directions; ++i) {
+    if (i == static_cast<int>(directions_.size())) directions_.emplace_back();
+    Direction& here = directions_[i];
+    here.product.resize(size);
+    here.velocity.resize(4 * nodes_);
+    multipliers_ = rows_;
+    count("multiplier iterations");
+    parts_.factor->precondition(multipliers_.data());
+    coupling_->spread(multipliers_.data(), force_.data(), 1.0);
+    halo.add_ghosts(force_.data());
+    apply_lines(force_.data(), here.velocity.data(), &reached_);
+    for (const Index a : touched_) store_node(NodeVector<float>{}, &force_[4 * static_cast<std::size_t>(a)]);
+    std::fill(force_.begin() + static_cast<std::ptrdiff_t>(4 * owned_), force_.end(), 0.0f);
+    coupling_->interpolate(here.velocity.data(), here.product.data());
+    interface_->apply(multipliers_.data(), law_.data());
+    for (std::size_t k = 0; k < size; ++k) here.product[k] += law_[k];
+    for (int j = 0; j <= i; ++j) h[i][j] = dot(directions_[j].product, here.product);
+    if (i > 0) comm.sum(h[i], i + 1);
+    for (int j = 0; j < i; ++j) {
+      h[i][j] /= directions_[j].squared_norm;
+      for (std::size_t k = 0; k < size; ++k) here.product[k] -= h[i][j] * directions_[j].product[k];
+    }
+    double sums[3] = {dot(here.product, here.product), dot(here.product, rows_), dot(rows_, rows_)};
+    comm.sum(sums, 3);
+    here.squared_norm = sums[0];
+    if (!(sums[0] > (i > 0 ? no_news * h[i][i] : 0.0)) || !std::isfinite(sums[0])) break;
+    coefficient[i] = sums[1] / sums[0];
+    used = i + 1;
+    if (sums[2] - coefficient[i] * sums[1] <= enough) break;
+    for (std::size_t k = 0; k < size; ++k) rows_[k] -= coefficient[i] * here.product[k];
+  }
+  // lambda = sum_i c_i z_i.
+  for (int i = used - 1; i > 0; --i)
+    for (int j = 0; j < i; ++j) coefficient[j] -= h[i][j] * coefficient[i];
+  float c[most_directions] = {};
+  for (int i = 0; i < used; ++i) c[i] = static_cast<float>(coefficient[i]);
+  for (std::size_t k = 0; k < 4 * nodes_; k += 4) {
+    NodeVector<float> u = load_node(velocity + k);
+    for (int i = 0; i < used; ++i) u -= c[i] * load_node(&directions_[i].velocity[k]);
+    store_node(three_and_one<float>(u, load_node(velocity + k)), velocity + k);
+  }
 }
 
 void SingleSolver::add_multipliers(const float* z, float* product) {

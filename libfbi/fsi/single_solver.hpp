@@ -9,6 +9,7 @@
 #include "fluid/fluid_field.hpp"
 #include "fluid/single_tangent.hpp"
 #include "fsi/pressure_convection.hpp"
+#include "fsi/velocity_lines.hpp"
 #include "linalg/multiplier_factor.hpp"
 #include "linalg/pressure_solver.hpp"
 #include "linalg/single_gmres.hpp"
@@ -18,19 +19,22 @@ namespace fbi::fsi {
 /// What the preconditioner is made of; all of it belongs to FluidSolver.
 struct SinglePreconditioner {
   linalg::PressureSolver* pressure = nullptr;
-  double pressure_scale = 1.0;                      ///< p = pressure_scale P^-1 r_p + mass_scale r_p/V_a
-  const std::vector<double>* mass_scale = nullptr;  ///< shape=(owned nodes)
-  double continuity_scale = 1.0;                    ///< of the continuity rows
-  const std::vector<double>* weight = nullptr;      ///< W, shape=(local nodes,3)
-  const linalg::MultiplierFactor* factor = nullptr;
+  double pressure_scale = 1.0;                       ///< p = pressure_scale P^-1 r_p + mass_scale r_p/V_a
+  const std::vector<double>* mass_scale = nullptr;   ///< shape=(owned nodes)
+  double continuity_scale = 1.0;                     ///< of the continuity rows
+  const std::vector<double>* weight = nullptr;       ///< W, shape=(local nodes,3); null with lines
+  const VelocityLines* lines = nullptr;              ///< V in place of W
+  const linalg::MultiplierFactor* factor = nullptr;  ///< of S + M W M^T, or with the diagonal of V for W
 };
 
 /// FGMRES on (A_FF + M^T S^-1 M) x = b with the block-triangular preconditioner
 ///   p = P^-1 r_p,  u = (W^-1 + M^T S^-1 M)^-1 (r_u - G p),
-/// everything in floats but the multipliers. G p is a part of both the preconditioner and the product, so that an
-/// iteration costs one pass over the velocity columns and one over the (cheap) pressure columns. Where tight
-/// tolerances, fast or viscous flow make many iterations, the velocity block is followed by more of them, with minimal
-/// residuals between them (a preconditioner that varies, which FGMRES allows), and p has convection as well.
+/// everything in floats but the multipliers. On boxes V of VelocityLines stands for W: then T = S + M V M^T is no small
+/// matrix, and T lambda = M V (r_u - G p) is solved by a few steps of minimal residuals with the factor's T^-1.
+/// G p is a part of both the preconditioner and the product, so that an iteration costs one pass over the velocity
+/// columns and one over the (cheap) pressure columns. Where tight tolerances, fast or viscous flow make many
+/// iterations, the velocity block is followed by more of them, with minimal residuals between them (a preconditioner
+/// that varies, which FGMRES allows), and p has convection as well.
 ///
 /// Rows and columns of unknowns that are not free are left out: b is zero there, and so is x.
 class SingleSolver {
@@ -55,6 +59,11 @@ class SingleSolver {
  private:
   void step(const float* v, float factor, float* z, float* w);
   void velocity_block(const float* v, float factor, const float* gradient, float* velocity);
+  void line_block(const float* v, float factor, const float* gradient, float* velocity);
+  /// velocity -= V M^T lambda with T lambda = M velocity, about. Collective.
+  void add_constraint(float* velocity);
+  /// x = V r with ghosts, zero where the velocity is given; r likewise. Fourth entries stay. Collective.
+  void apply_lines(float* r, float* x, const std::vector<char>* only = nullptr);
   void find_touched();
   void add_multipliers(const float* z, float* product);
   void apply_velocity(const float* z, float* w);
@@ -77,6 +86,17 @@ class SingleSolver {
   std::vector<Index> touched_;           ///< owned nodes where it may not be zero
   std::vector<float> right_, solution_;  ///< of the pressure, shape=(owned nodes)
   std::vector<double> rows_;             ///< shape=(rows,3)
+  std::vector<std::size_t> given_;       ///< given velocities of owned nodes
+  std::vector<float> line_right_;        ///< shape=(owned nodes,4)
+  struct Direction {
+    std::vector<double> product;  ///< T z less what earlier ones have of it, shape=(rows,3)
+    std::vector<float> velocity;  ///< V M^T z, shape=(nodes,4)
+    double squared_norm = 0.0;
+  };
+  std::vector<Direction> directions_;      ///< of the multipliers, as many as were needed
+  int reached_axis_ = -1;                  ///< of the lines of reached_
+  std::vector<char> reached_;              ///< lines that forces of multipliers reach
+  std::vector<double> multipliers_, law_;  ///< shape=(rows,3)
   struct Sweep {
     std::vector<float> z, w;  ///< a direction and its product, shape=(nodes,4)
     double squared_norm = 0.0;

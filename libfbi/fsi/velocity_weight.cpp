@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/counters.hpp"
+#include "base/node_vector.hpp"
 #include "base/timer.hpp"
 #include "fem/hex8.hpp"
 #include "linalg/vector_access.hpp"
@@ -30,11 +31,9 @@ VelocityWeight::VelocityWeight(fluid::FluidField& fluid) : fluid_(fluid), work_(
   }
 }
 
-void VelocityWeight::renew() {
+bool VelocityWeight::renew() {
   // Without convection W depends on the time step alone.
-  if (fluid_.parameters().convective_form == fluid::ConvectiveForm::none && !values_.empty() &&
-      sigma_ == fluid_.sigma())
-    return;
+  if (fluid_.parameters().convective_form == fluid::ConvectiveForm::none && sigma_ == fluid_.sigma()) return false;
   sigma_ = fluid_.sigma();
   Timed timed("velocity weight");
   count("velocity weights");
@@ -43,8 +42,9 @@ void VelocityWeight::renew() {
   const double sigma = fluid_.sigma(), density = parameters.density, viscosity = parameters.viscosity;
   const bool convective = parameters.convective_form != fluid::ConvectiveForm::none;
   const std::vector<double>& tau = fluid_.tau_m();
-  std::vector<double> diagonal(mesh.local_nodes(), 0.0);
-  cell_grad_div_.resize(cell_size_.size());
+  diagonal_.assign(mesh.local_nodes(), 0.0);
+  values_.clear();
+  flow_.resize(cell_size_.size());
   {
     GhostedForm form(fluid_.iterate());
     Read velocity(form.get());
@@ -52,49 +52,60 @@ void VelocityWeight::renew() {
       const Index* nodes = &mesh.cells[8 * static_cast<std::size_t>(c)];
       const double h = cell_size_[c];
       double speed = 0.0, reaction = 0.0;
+      CellFlow& flow = flow_[c];
       if (convective) {
         // Mean velocity and, from the spread around it, the size of its differences across the cell.
-        Vec3 v = Vec3::Zero();
-        double squares = 0.0;
+        NodeVector<double> sum = {}, square_sum = {};
         for (int a = 0; a < 8; ++a) {
-          const Eigen::Map<const Vec3> at(velocity.get() + 4 * static_cast<std::size_t>(nodes[a]));
-          v += 0.125 * at;
-          squares += 0.125 * at.squaredNorm();
+          const NodeVector<double> at = load_node(velocity.get() + 4 * static_cast<std::size_t>(nodes[a]));
+          sum += at;
+          square_sum += at * at;
         }
+        const Vec3 v = 0.125 * Vec3(sum[0], sum[1], sum[2]);
+        const double squares = 0.125 * (square_sum[0] + square_sum[1] + square_sum[2]);
         speed = v.norm();
-        const double difference = 2.0 * std::sqrt(std::max(0.0, squares - v.squaredNorm()));
+        flow.velocity = v;
+        flow.difference = 2.0 * std::sqrt(std::max(0.0, squares - v.squaredNorm()));
         // rho (v.grad) dv and rho (dv.grad) v
-        reaction = density * (speed + difference) / h;
+        reaction = density * (speed + flow.difference) / h;
       }
       // One direction in three is streamline, and grad-div acts on one mode in three.
       const double streamline = density * density * tau[c] * speed * speed;
-      const double grad_div = parameters.tau != fluid::Tau::franca_valentin ? fluid_.tau_c(c)
-                              : parameters.grad_div                         ? 0.5 * density * speed * h
-                                                                            : 0.0;
-      const double diffusion = (viscosity + (streamline + grad_div) / 3.0) * cell_diffusion_[c];
-      for (int a = 0; a < 8; ++a) diagonal[nodes[a]] += diffusion + 0.125 * reaction * h * h * h;
-      cell_grad_div_[c] = grad_div;
+      flow.grad_div = parameters.tau != fluid::Tau::franca_valentin ? fluid_.tau_c(c)
+                      : parameters.grad_div                         ? 0.5 * density * speed * h
+                                                                    : 0.0;
+      const double diffusion = (viscosity + (streamline + flow.grad_div) / 3.0) * cell_diffusion_[c];
+      const double share = diffusion + 0.125 * reaction * h * h * h;
+      for (int a = 0; a < 8; ++a) diagonal_[nodes[a]] += share;
     }
   }
-  complete_ghosts(diagonal);
+  complete_ghosts(diagonal_);
   const std::vector<double>& volume = fluid_.lumped_volume();
-  const std::vector<char>& dirichlet = fluid_.is_dirichlet();
   strength_ = 0.0;
   for (Index a = 0; a < mesh.owned_nodes; ++a)
-    strength_ = std::max(strength_, diagonal[a] / (density * sigma * volume[a]));
+    strength_ = std::max(strength_, diagonal_[a] / (density * sigma * volume[a]));
   strength_ = mesh.comm.max(strength_);
-  values_.resize(3 * static_cast<std::size_t>(mesh.local_nodes()));
-  for (std::size_t a = 0; a < diagonal.size(); ++a) {
-    const double inverse = 1.0 / (density * sigma * volume[a] + diagonal[a]);
+  return true;
+}
+
+const std::vector<double>& VelocityWeight::values() {
+  if (!values_.empty()) return values_;
+  const double inertia = fluid_.parameters().density * sigma_;
+  const std::vector<double>& volume = fluid_.lumped_volume();
+  const std::vector<char>& dirichlet = fluid_.is_dirichlet();
+  values_.resize(3 * diagonal_.size());
+  for (std::size_t a = 0; a < diagonal_.size(); ++a) {
+    const double inverse = 1.0 / (inertia * volume[a] + diagonal_[a]);
     for (int i = 0; i < 3; ++i) values_[3 * a + i] = dirichlet[4 * a + i] != 0 ? 0.0 : inverse;
   }
+  return values_;
 }
 
 std::vector<double> VelocityWeight::grad_div() {
   const mesh::HexMesh& mesh = fluid_.mesh();
   std::vector<double> nodal(mesh.local_nodes(), 0.0);
   for (Index c = 0; c < mesh.local_cells(); ++c) {
-    const double share = 0.125 * cell_grad_div_[c] * fluid_.cell_volume(c);
+    const double share = 0.125 * flow_[c].grad_div * fluid_.cell_volume(c);
     for (std::size_t k = 8 * static_cast<std::size_t>(c); k < 8 * static_cast<std::size_t>(c) + 8; ++k)
       nodal[mesh.cells[k]] += share;
   }

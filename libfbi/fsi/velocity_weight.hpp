@@ -7,6 +7,13 @@
 
 namespace fbi::fsi {
 
+/// The flow in a cell.
+struct CellFlow {
+  Vec3 velocity = Vec3::Zero();  ///< mean of the corners
+  double difference = 0.0;       ///< of velocities across the cell: twice the corners' standard deviation
+  double grad_div = 0.0;         ///< tau_C [dynamic viscosity]
+};
+
 /// W = (rho (sigma + |v|/h + |dv|/h) V_a + sum_K (mu + (rho^2 tau |v|^2 + tau_C)/3) int_K |grad N_a|^2)^-1 for every
 /// velocity that is not given, with V_a the lumped volume, |v| the mean speed in a cell and |dv| its variation across
 /// the cell: a bound of the block's rows, so that an iteration with W does not grow for any CFL number.
@@ -14,10 +21,12 @@ class VelocityWeight {
  public:
   explicit VelocityWeight(fluid::FluidField& fluid);
 
-  /// Renews W for the present iterate, tau and time step. Collective.
-  void renew();
+  /// Renews W for the present iterate, tau and time step; false where nothing it depends on has changed. Collective.
+  bool renew();
+  /// At the last renewal, shape=(local cells); at rest without convection.
+  const std::vector<CellFlow>& flow() const { return flow_; }
   /// W, zero where the velocity is given, shape=(local nodes,3).
-  const std::vector<double>& values() const { return values_; }
+  const std::vector<double>& values();
   /// tau_C of the grad-div term, the mean of a node's cells weighted by volume [dynamic viscosity], shape=(local
   /// nodes). Collective.
   std::vector<double> grad_div();
@@ -32,8 +41,9 @@ class VelocityWeight {
   linalg::VecHandle work_;
   std::vector<double> cell_size_;       // V^(1/3) [length], shape=(local cells)
   std::vector<double> cell_diffusion_;  // int |grad N_a|^2 [length], shape=(local cells)
-  std::vector<double> cell_grad_div_;   // tau_C at the last renewal, shape=(local cells)
-  std::vector<double> values_;
+  std::vector<CellFlow> flow_;
+  std::vector<double> diagonal_;  // of W^-1 without inertia, shape=(local nodes)
+  std::vector<double> values_;    // empty: not computed since the last renewal
   double strength_ = 0.0;
   double sigma_ = -1.0;  // that W was computed for
 };

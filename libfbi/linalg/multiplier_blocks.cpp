@@ -6,11 +6,6 @@
 #include "base/node_vector.hpp"
 
 namespace fbi::linalg {
-namespace {
-
-constexpr int steps = 2;  // after the first product with D^-1
-
-}  // namespace
 
 bool MultiplierBlocks::suits(const MultiplierRows& m, const std::vector<InterfaceBlock>& s) {
   Index rows = 0;
@@ -181,7 +176,7 @@ void MultiplierBlocks::add_others(const double* y, double* r) {
   }
 }
 
-void MultiplierBlocks::solve(double* b) {
+void MultiplierBlocks::solve(double* b, int steps) {
   const std::size_t size = 3 * static_cast<std::size_t>(m_.rows());
   sum_.resize(size);
   spread_.resize(weight_.size());

@@ -20,8 +20,8 @@ class MultiplierBlocks {
   static bool suits(const MultiplierRows& m, const std::vector<InterfaceBlock>& s);
   /// Returns false when a block is singular or not finite. `m` and `s` must suit. Cost: the inverses of the blocks.
   bool factorize(MultiplierRows m, const std::vector<InterfaceBlock>& s);
-  /// b <- about T^-1 b, shape=(rows,3).
-  void solve(double* b);
+  /// b <- about T^-1 b, shape=(rows,3), by `steps` of the iteration after b <- D^-1 b.
+  void solve(double* b, int steps = 2);
   /// True where no column has rows of different blocks.
   bool is_exact() const { return !couples_; }
   /// Entries of the inverses.

@@ -209,6 +209,11 @@ void MultiplierFactor::solve(double* b) const {
   std::copy(x.begin(), x.end(), b);
 }
 
+void MultiplierFactor::precondition(double* b) const {
+  if (implementation_->size > 0 && implementation_->blocks != nullptr) return implementation_->blocks->solve(b, 0);
+  solve(b);
+}
+
 bool MultiplierFactor::is_approximate() const {
   return implementation_->blocks != nullptr && !implementation_->blocks->is_exact();
 }

@@ -25,6 +25,8 @@ class MultiplierFactor {
   bool factorize(MultiplierRows m, const std::vector<InterfaceBlock>& s, bool exact = false);
   /// b <- T^-1 b, exact for sparse factors, shape=(rows,3).
   void solve(double* b) const;
+  /// The same for an iteration with T: inverses of blocks alone where they stand for factors.
+  void precondition(double* b) const;
   /// Whether MultiplierBlocks stand for the factors and rows of different blocks meet.
   bool is_approximate() const;
   /// Non-zeros of the factors or inverses, for reports.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "linalg/owned_block.hpp"
 #include "mesh/exchange.hpp"
 
 namespace fbi::linalg {
@@ -17,29 +18,6 @@ constexpr double node_time = 4e-9, node_and_mode_time = 2e-11;  // [s]
 constexpr double message_time = 2e-6, byte_time = 2e-10;        // [s], of a network
 // Slabs exchange with all others; from this many ranks on a grid with fewer partners is considered.
 constexpr int many_slabs = 32;
-
-std::array<Index, 3> box_nodes(const mesh::HexMesh& mesh) {
-  std::array<Index, 3> n{};
-  for (int d = 0; d < 3; ++d) n[d] = static_cast<Index>(mesh.box->coordinates[d].size());
-  return n;
-}
-
-/// Index range of this rank's owned nodes along each direction.
-IndexBlock owned_range(const mesh::HexMesh& mesh) {
-  const std::array<Index, 3> n = box_nodes(mesh);
-  IndexBlock block;
-  if (mesh.owned_nodes == 0) return block;
-  block.begin = n;
-  for (Index a = 0; a < mesh.owned_nodes; ++a) {
-    const GlobalIndex id = mesh.node_id[a];
-    const GlobalIndex index[3] = {id % n[0], id / n[0] % n[1], id / n[0] / n[1]};
-    for (int d = 0; d < 3; ++d) {
-      block.begin[d] = std::min(block.begin[d], static_cast<Index>(index[d]));
-      block.end[d] = std::max(block.end[d], static_cast<Index>(index[d]) + 1);
-    }
-  }
-  return block;
-}
 
 int longest(const std::array<Index, 3>& n) {
   int axis = 0;

@@ -60,7 +60,7 @@ class Stability(ProgramTest):
 
     def test_a_map(self):
         tool = self.tool
-        step = tool.axis("time step", "time.step", [1e-3, 4e-2])
+        step = tool.axis("time step", "time.step", [1e-3, 1e-1])
         small = {"small": ("A small map", step, tool.choices("penalty", [("100", {"coupling.penalty": 100.0})]))}
         arguments = ["stability", "--bin", str(BIN), "-o", str(self.folder / "data"), "--pictures",
                      str(self.folder / "pictures"), "--steps", "20"]

@@ -2,7 +2,10 @@
 #include <gtest/gtest.h>
 
 #include "fsi/pressure_convection.hpp"
+#include "fsi/velocity_lines.hpp"
 #include "fsi/velocity_weight.hpp"
+#include "linalg/owned_block.hpp"
+#include "linalg/vector_access.hpp"
 #include "unit/fluid/fluid_scene.hpp"
 
 namespace fbi::fluid::test {
@@ -116,6 +119,130 @@ TEST(VelocityWeight, GradDivAtNodes) {
     // Volumes of warped cells and of their middles' parallelepipeds differ.
     EXPECT_NEAR(sums[1], sums[0], (option.warp > 0.0 ? 1e-2 : 1e-12) * sums[0]) << option.name;
   }
+}
+
+/// A flow along y or z through a box that is longest in x, so that ranks have whole lines along the flow. Cells, and
+/// with them tau, change along the flow only.
+struct Channel {
+  mesh::HexMesh mesh;
+  FluidField field;
+  fsi::VelocityWeight weight;
+  fsi::VelocityLines lines;
+  Channel(int axis, const Vec3& velocity)
+      : mesh(box_mesh(Comm(MPI_COMM_WORLD), {uniform(0, 3, 13), graded(0, 1, 7, axis == 1 ? 1.3 : 1.0),
+                                             graded(0, 0.8, 6, axis == 2 ? 0.8 : 1.0)})),
+        field(mesh, parameters(velocity), conditions(axis, velocity), {TimeScheme::one_step_theta, 1.0}),
+        weight(field),
+        lines(field) {
+    field.initialize();
+    field.begin_step(0.05, 0.05);
+    field.linearize();
+    weight.renew();
+    lines.renew(weight);
+  }
+  static FluidParameters parameters(const Vec3& velocity) {
+    FluidParameters p;
+    p.density = 1.7;
+    p.viscosity = 1e-6;
+    p.grad_div = false;  // V has a third of it, which is not there in what changes along the flow
+    p.initial_velocity =
+        expressions(std::to_string(velocity[0]), std::to_string(velocity[1]), std::to_string(velocity[2]));
+    return p;
+  }
+  static BoundaryConditions conditions(int axis, const Vec3& velocity_there) {
+    BoundaryConditions all;
+    for (const std::string& face : box_faces) all[face] = of_type(BoundaryType::traction);
+    all[box_faces[2 * axis]] = velocity(parameters(velocity_there).initial_velocity);
+    return all;
+  }
+  Index place(Index node, int direction) const {
+    const std::array<Index, 3> n = linalg::box_nodes(mesh);
+    const GlobalIndex id = mesh.node_id[node];
+    return static_cast<Index>(direction == 0 ? id % n[0] : direction == 1 ? id / n[0] % n[1] : id / n[0] / n[1]);
+  }
+};
+
+// What changes along the flow alone: the velocity block and V are inverse to each other.
+TEST(VelocityLines, InvertTheBlockAlongTheFlow) {
+  linalg::initialize_petsc();
+  for (const int axis : {1, 2}) {
+    Vec3 flow = Vec3::Zero();
+    flow[axis] = 2.0;
+    Channel channel(axis, flow);
+    ASSERT_TRUE(fsi::VelocityLines::supports(channel.mesh));
+    EXPECT_EQ(channel.lines.axis(), axis);
+    linalg::VecHandle u = channel.field.create_vector(), r = channel.field.create_vector();
+    const Index owned = channel.mesh.owned_nodes;
+    {
+      linalg::Write to(u);
+      for (Index a = 0; a < owned; ++a)
+        for (int c = 0; c < 4; ++c) {
+          const Index at = channel.place(a, axis);
+          const bool across = c < 3 && c != axis;
+          to.get()[4 * a + c] = across && at > 0 ? noise(at, c, 4) : 0.0;
+        }
+    }
+    channel.field.apply_jacobian(u, r);
+    const std::vector<double> exact = owned_values(u), right = owned_values(r);
+    std::vector<float> b(right.begin(), right.end()), x(right.size(), 7.0f);
+    channel.lines.apply(b.data(), x.data());
+    for (Index a = 0; a < owned; ++a) {
+      for (int c = 0; c < 3 && channel.place(a, axis) > 0; ++c) EXPECT_NEAR(x[4 * a + c], exact[4 * a + c], 2e-4);
+      EXPECT_EQ(x[4 * a + 3], 7.0f);
+    }
+  }
+}
+
+// The diagonal is that of fields that are rough along x and constant along z; forces reach what `reached` says.
+TEST(VelocityLines, DiagonalAndReach) {
+  linalg::initialize_petsc();
+  Channel channel(1, Vec3(0.1, 2.0, -0.2));
+  const Index owned = channel.mesh.owned_nodes;
+  const std::vector<double> diagonal = channel.lines.diagonal();
+  for (const Index y : {2, 7}) {
+    std::vector<float> r(4 * static_cast<std::size_t>(owned), 0.0f), x = r, part = r;
+    std::vector<Index> nodes;
+    for (Index a = 0; a < owned; ++a)
+      if (channel.place(a, 0) == 2 && channel.place(a, 1) == y) {
+        nodes.push_back(a);
+        const Index z = channel.place(a, 2);
+        for (int c = 0; c < 3; ++c) r[4 * a + c] = z == 0 || z == 6 ? 0.5f : 1.0f;  // a force for each area
+      }
+    channel.lines.apply(r.data(), x.data());
+    for (const Index a : nodes)
+      for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(x[4 * a + c], diagonal[3 * a + c] * r[4 * a + c], 1e-5 * diagonal[3 * a + c]);
+    const std::vector<char> reached = channel.lines.reached(nodes);
+    channel.lines.apply(r.data(), part.data(), &reached);
+    EXPECT_EQ(part, x);
+    Index lines = 0;
+    for (const char line : reached) lines += line;
+    if (channel.mesh.comm.size() == 1) {
+      EXPECT_EQ(lines, 3 * 7);
+    }
+  }
+  // Ghosts have what their owners have, given velocities nothing.
+  for (Index a = 0; a < channel.mesh.local_nodes(); ++a) EXPECT_EQ(diagonal[3 * a] == 0.0, channel.place(a, 1) == 0);
+}
+
+// Any flow and any wall: finite, and positive definite on what is rough.
+TEST(VelocityLines, StayPositive) {
+  linalg::initialize_petsc();
+  Scene scene(Comm(MPI_COMM_WORLD), scenes[0]);
+  fsi::VelocityWeight weight(scene.field);
+  fsi::VelocityLines lines(scene.field);
+  weight.renew();
+  lines.renew(weight);
+  for (const double value : lines.diagonal()) EXPECT_TRUE(std::isfinite(value) && value >= 0.0);
+  const std::size_t size = 4 * static_cast<std::size_t>(scene.mesh.owned_nodes);
+  std::vector<float> r(size, 0.0f), x(size, 0.0f);
+  for (std::size_t k = 0; k < size; ++k)
+    if (k % 4 != 3 && scene.field.is_dirichlet()[k] == 0)
+      r[k] = static_cast<float>(noise(scene.mesh.node_id[k / 4], static_cast<int>(k % 4), 3));
+  lines.apply(r.data(), x.data());
+  double product = 0.0;
+  for (std::size_t k = 0; k < size; ++k) product += r[k] * x[k];
+  EXPECT_GT(scene.mesh.comm.sum(product), 0.0);
 }
 
 }  // namespace

@@ -227,11 +227,18 @@ TEST(MultiplierBlocks, AreThreeStepsOfTheLumpedIteration) {
     std::vector<double> x(b.data(), b.data() + b.size());
     factor.solve(x.data());
     EXPECT_LT(fibers.relative(x, y), 1e-6) << scattered;  // single precision between fibers
+    x.assign(b.data(), b.data() + b.size());
+    factor.precondition(x.data());
+    EXPECT_LT(fibers.relative(x, d.solve(b)), 1e-12) << scattered;
     // The same T by sparse factors.
     ASSERT_TRUE(factor.factorize(fibers.m, fibers.blocks, true));
     x.assign(b.data(), b.data() + b.size());
     factor.solve(x.data());
+    const std::vector<double> solution = x;
     EXPECT_LT(fibers.relative(x, (fibers.own + fibers.between).partialPivLu().solve(b)), 1e-12) << scattered;
+    x.assign(b.data(), b.data() + b.size());
+    factor.precondition(x.data());
+    EXPECT_EQ(x, solution);
   }
 }
 
