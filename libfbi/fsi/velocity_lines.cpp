@@ -140,12 +140,12 @@ void VelocityLines::renew(const VelocityWeight& weight) {
     }
   }
   halo_.add_ghosts(rows_.data());
-  for_bundles([this](const Bundle& bundle, auto lanes) { factorise<decltype(lanes)::value>(bundle); });
+  for_bundles([this](const Bundle& bundle, auto lanes) { factorize<decltype(lanes)::value>(bundle); });
 }
 
 /// Pivots of a few lines, from rows_; their couplings are left out where the velocity is given.
 template <std::size_t Lanes>
-void VelocityLines::factorise(const Bundle& bundle) {
+void VelocityLines::factorize(const Bundle& bundle) {
   const std::vector<char>& dirichlet = fluid_.is_dirichlet();
   const auto is_given = [&](std::size_t a) {
     return dirichlet[4 * a] != 0 && dirichlet[4 * a + 1] != 0 && dirichlet[4 * a + 2] != 0;

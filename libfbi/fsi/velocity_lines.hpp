@@ -50,7 +50,7 @@ class VelocityLines {
   template <class Act>
   void for_bundles(const Act& act) const;
   template <std::size_t Lanes>
-  void factorise(const Bundle& bundle);
+  void factorize(const Bundle& bundle);
   template <std::size_t Lanes>
   void solve(const Bundle& bundle, const float* r, float* x) const;
 
