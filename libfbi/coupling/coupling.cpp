@@ -333,9 +333,16 @@ void Coupling::interpolate(const T* nodal, double* out) const {
   const LocalM& m = implementation_->m;
   std::vector<double> touched(3 * m.row.size());
   for (std::size_t i = 0; i < m.row.size(); ++i) {
-    NodeVector<T> sum = {};
-    for (Index k = m.begin[i]; k < m.begin[i + 1]; ++k)
+    // Four sums, so that none waits for the last one.
+    NodeVector<T> sums[4] = {};
+    const auto add = [&](Index k, NodeVector<T>& sum) {
       sum += static_cast<T>(m.value[k]) * load_node(nodal + 4 * static_cast<std::size_t>(m.node[k]));
+    };
+    Index k = m.begin[i];
+    for (; k + 4 <= m.begin[i + 1]; k += 4)
+      for (int j = 0; j < 4; ++j) add(k + j, sums[j]);
+    for (; k < m.begin[i + 1]; ++k) add(k, sums[0]);
+    const NodeVector<T> sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
     for (int c = 0; c < 3; ++c) touched[3 * i + c] = sum[c];
   }
   std::fill(out, out + 3 * static_cast<std::size_t>(rows()), 0.0);

@@ -21,7 +21,10 @@ void RowAssembly::begin_group(GlobalIndex first, Index count) {
   count_ = count;
 }
 
-void RowAssembly::add(Index p, Index node, double value) { entries_.push_back({p, node, value}); }
+void RowAssembly::add(Index node, const double* value, Index stride) {
+  calls_.push_back(static_cast<std::uint64_t>(node) << 32 | calls_.size());
+  for (Index p = 0; p < count_; ++p) values_.push_back(value[static_cast<std::size_t>(p) * stride]);
+}
 
 void RowAssembly::finish() {
   end_group();
@@ -29,23 +32,22 @@ void RowAssembly::finish() {
   count_ = 0;
 }
 
-void RowAssembly::write_row(GlobalIndex row, std::size_t begin, std::size_t end) {
-  if (begin == end) return;
+void RowAssembly::write_row(GlobalIndex row, const double* values) {
   if (!m_.row.empty() && m_.row.back() == row) {
     // The row that two elements share: merge two lists sorted by node.
     const std::size_t old = m_.begin[m_.begin.size() - 2];
-    std::vector<std::pair<Index, double>> merged;
+    merged_.clear();
     std::size_t k = old;
-    for (std::size_t i = begin; i < end; ++i) {
-      for (; k < m_.node.size() && m_.node[k] < entries_[i].node; ++k) merged.emplace_back(m_.node[k], m_.value[k]);
-      double value = entries_[i].value;
-      if (k < m_.node.size() && m_.node[k] == entries_[i].node) value += m_.value[k++];
-      merged.emplace_back(entries_[i].node, value);
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      for (; k < m_.node.size() && m_.node[k] < nodes_[i]; ++k) merged_.emplace_back(m_.node[k], m_.value[k]);
+      double value = values[i];
+      if (k < m_.node.size() && m_.node[k] == nodes_[i]) value += m_.value[k++];
+      merged_.emplace_back(nodes_[i], value);
     }
-    for (; k < m_.node.size(); ++k) merged.emplace_back(m_.node[k], m_.value[k]);
+    for (; k < m_.node.size(); ++k) merged_.emplace_back(m_.node[k], m_.value[k]);
     m_.node.resize(old);
     m_.value.resize(old);
-    for (const auto& [node, value] : merged) {
+    for (const auto& [node, value] : merged_) {
       m_.node.push_back(node);
       m_.value.push_back(value);
     }
@@ -53,31 +55,28 @@ void RowAssembly::write_row(GlobalIndex row, std::size_t begin, std::size_t end)
     return;
   }
   m_.row.push_back(row);
-  for (std::size_t i = begin; i < end; ++i) {
-    m_.node.push_back(entries_[i].node);
-    m_.value.push_back(entries_[i].value);
-  }
+  m_.node.insert(m_.node.end(), nodes_.begin(), nodes_.end());
+  m_.value.insert(m_.value.end(), values, values + nodes_.size());
   m_.begin.push_back(static_cast<Index>(m_.node.size()));
 }
 
 void RowAssembly::end_group() {
-  std::stable_sort(entries_.begin(), entries_.end(),
-                   [](const Entry& a, const Entry& b) { return a.row < b.row || (a.row == b.row && a.node < b.node); });
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < entries_.size(); ++i) {
-    if (kept > 0 && entries_[kept - 1].row == entries_[i].row && entries_[kept - 1].node == entries_[i].node)
-      entries_[kept - 1].value += entries_[i].value;
-    else
-      entries_[kept++] = entries_[i];
+  if (calls_.empty()) return;
+  std::sort(calls_.begin(), calls_.end());
+  nodes_.clear();
+  for (const std::uint64_t call : calls_)
+    if (const Index node = static_cast<Index>(call >> 32); nodes_.empty() || nodes_.back() != node)
+      nodes_.push_back(node);
+  sums_.assign(nodes_.size() * count_, 0.0);
+  std::size_t place = 0;
+  for (const std::uint64_t call : calls_) {
+    if (nodes_[place] != static_cast<Index>(call >> 32)) ++place;
+    const double* from = &values_[(call & 0xffffffff) * count_];
+    for (Index p = 0; p < count_; ++p) sums_[p * nodes_.size() + place] += from[p];
   }
-  entries_.resize(kept);
-  for (std::size_t begin = 0; begin < entries_.size();) {
-    std::size_t end = begin;
-    while (end < entries_.size() && entries_[end].row == entries_[begin].row) ++end;
-    write_row(first_ + entries_[begin].row, begin, end);
-    begin = end;
-  }
-  entries_.clear();
+  for (Index p = 0; p < count_; ++p) write_row(first_ + p, &sums_[p * nodes_.size()]);
+  calls_.clear();
+  values_.clear();
 }
 
 Index assemble_m(const mesh::HexMesh& mesh, const Pieces& pieces, const fem::QuadratureRule& rule, const Basis& basis,
@@ -96,8 +95,7 @@ Index assemble_m(const mesh::HexMesh& mesh, const Pieces& pieces, const fem::Qua
       sums.assign(rows, {});
       failed += !integrate_fluid(basis, geometry.curve, cell, some, sums);
       assembly.begin_group(first, rows);
-      for (Index p = 0; p < rows; ++p)
-        for (int a = 0; a < 8; ++a) assembly.add(p, nodes[a], sums[p][a]);
+      for (int a = 0; a < 8; ++a) assembly.add(nodes[a], &sums[0][a], 8);
     };
     if (basis.is_lagrange()) {
       add(geometry.row, basis.order() + 1, points);
@@ -213,9 +211,11 @@ Index assemble_ring_m(const mesh::HexMesh& mesh, const Pieces& pieces, const fem
     }
     assembly.begin_group(sample.first_row, sample.rows);
     const std::array<double, 8> n = fem::hex8_shape(xi);
-    for (Index p = 0; p < sample.rows; ++p)
-      for (int a = 0; a < 8; ++a)
-        assembly.add(p, mesh.cells[8 * static_cast<std::size_t>(cell) + a], sample.value[p] * n[a]);
+    std::array<double, most_rows> value;
+    for (int a = 0; a < 8; ++a) {
+      for (Index p = 0; p < sample.rows; ++p) value[p] = sample.value[p] * n[a];
+      assembly.add(mesh.cells[8 * static_cast<std::size_t>(cell) + a], value.data(), 1);
+    }
   }
   assembly.finish();
   return failed;

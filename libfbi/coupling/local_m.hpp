@@ -1,6 +1,10 @@
 /// Assembly of the part of M that belongs to the cells of this rank.
 #pragma once
 
+#include <cstdint>
+#include <utility>
+#include <vector>
+
 #include "coupling/coupling.hpp"
 #include "coupling/cutting.hpp"
 
@@ -14,23 +18,23 @@ class RowAssembly {
   explicit RowAssembly(LocalM& m);
   /// Starts the group of `count` rows from global row `first` on; firsts must not decrease.
   void begin_group(GlobalIndex first, Index count);
-  /// Adds value to the entry (row `p` of the group, local fluid node). Sums run in the order of calls.
-  void add(Index p, Index node, double value);
+  /// Adds the numbers of a local fluid node, value[p * stride] to row `p` of the group. Sums run in the order of calls.
+  void add(Index node, const double* value, Index stride);
   /// Completes the last group.
   void finish();
 
  private:
-  struct Entry {
-    Index row, node;
-    double value;
-  };
   void end_group();
-  void write_row(GlobalIndex row, std::size_t begin, std::size_t end);
+  void write_row(GlobalIndex row, const double* values);
 
   LocalM& m_;
   GlobalIndex first_ = -1;
   Index count_ = 0;
-  std::vector<Entry> entries_;  ///< of the group
+  // Of the group: a node and the order of its call in one number, values of the rows for each call; sums for each node.
+  std::vector<std::uint64_t> calls_;
+  std::vector<double> values_, sums_;  ///< shape=(calls,count), (count,nodes)
+  std::vector<Index> nodes_;           ///< ascending
+  std::vector<std::pair<Index, double>> merged_;
 };
 
 /// M by the trace on the center line, over `pieces`, which are sorted by (row, begin): the sums run in that order,
