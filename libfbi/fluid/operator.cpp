@@ -27,6 +27,7 @@ Operator::Operator(const mesh::HexMesh& mesh, const FluidParameters& parameters)
   tau_.assign(static_cast<std::size_t>(count) * taus_of_batch(), BatchTau{Batch(0.0), Batch(0.0), Batch(0.0)});
   tau_pressure_.assign(cells, 0.0);
   volume_.resize(cells);
+  length_.resize(cells);
   inverse_jacobian_.resize(9 * static_cast<std::size_t>(cells));
   const bool box = mesh.box.has_value();
   if (box)
@@ -77,7 +78,10 @@ Operator::Operator(const mesh::HexMesh& mesh, const FluidParameters& parameters)
       const Geometry geometry(this->geometry<Geometry>()[b]);
       Batch sum(0.0);
       for (int q = 0; q < 8; ++q) sum += typename Geometry::At(geometry, q).weight();
-      for (int lane = 0; lane < batches_[b].lanes; ++lane) volume_[b * batch_size + lane] = sum[lane];
+      for (int lane = 0; lane < batches_[b].lanes; ++lane) {
+        volume_[b * batch_size + lane] = sum[lane];
+        length_[b * batch_size + lane] = std::cbrt(sum[lane]);
+      }
     }
   });
 }
@@ -125,7 +129,7 @@ CellTau Operator::tau_at_point(Index cell, int q, const double* u, double max_sp
       for (int i = 0; i < 3; ++i) v[i] += shape[a] * u[4 * static_cast<std::size_t>(nodes[a]) + i];
   }
   const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> k = jacobian.inverse();
-  return tau_of(k.data(), v, max_speed, xi.data(), std::cbrt(volume_[cell]));
+  return tau_of(k.data(), v, max_speed, xi.data(), length_[cell]);
 }
 
 void Operator::update_tau(const double* u, double max_speed) {
@@ -136,7 +140,7 @@ void Operator::update_tau(const double* u, double max_speed) {
       const Index cell = b * batch_size + std::min(lane, batches_[b].lanes - 1);
       double v[3] = {0, 0, 0};
       if (convection()) center_velocity(cell, u, v);
-      const double length = std::cbrt(volume_[cell]);
+      const double length = length_[cell];
       const double projection = constants_.projection
                                     ? projection_coefficient(parameters_.density, parameters_.viscosity,
                                                              std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]), length)

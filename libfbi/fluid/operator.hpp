@@ -114,7 +114,7 @@ class Operator {
   std::vector<GeneralCells> general_;
   std::vector<BatchTau> tau_;
   std::vector<double> tau_pressure_;
-  std::vector<double> volume_;
+  std::vector<double> volume_, length_;   // length: V^(1/3)
   std::vector<double> inverse_jacobian_;  // dxi_d/dx_i at the cell center, shape=(cells,3,3)
 };
 
