@@ -116,7 +116,7 @@ class Killed(ProgramTest):
                     os.kill(pid, signal.SIGKILL)
                 except ProcessLookupError:
                     pass
-            outcome = self.finish(process)
+            outcome = self.finish_killed(process)
             if outcome.code == 0:  # too late: begin again
                 self.expect_same_results(reference, self.folder)
                 self.new_folder()
