@@ -22,6 +22,7 @@ constexpr double robin = 3.0;          // Robin coefficient of the pressure oper
 constexpr double grad_div_part = 0.7;  // of tau_C beside mu in the pressure: inverse masses are lumped
 constexpr int single_restart = 40;
 constexpr double tired_effort = 1.5;      // iterations with a factor that lags, against those when it was new
+constexpr double most_lost_steps = 4.0;   // for multipliers of lines: in the time of as many there is a new factor
 constexpr double most_effort = 8.0;       // iterations a decade, then blocks give way to sparse factors
 constexpr int few_iterations = 15;        // of a solve that says nothing about its effort
 constexpr int longest_rest = 64;          // preparations for which lines are left out, at most
@@ -50,6 +51,8 @@ FluidSolver::FluidSolver(fluid::FluidField& fluid, const coupling::Coupling* cou
     : fluid_(fluid), coupling_(coupling), interface_(interface), parameters_(parameters), comm_(fluid.mesh().comm) {
   const mesh::HexMesh& mesh = fluid_.mesh();
   ghosted_ = fluid_.create_vector();
+  residual_ = fluid_.create_vector();
+  increment_ = fluid_.create_vector();
   if (coupling_ != nullptr) rows_.resize(3 * static_cast<std::size_t>(coupling_->rows()));
   // What makes continuity rows forces when there is no time step: rho |v| + mu/h.
   steady_scale_ =
@@ -64,8 +67,7 @@ FluidSolver::FluidSolver(fluid::FluidField& fluid, const coupling::Coupling* cou
     return;
   }
   weight_ = std::make_unique<VelocityWeight>(fluid_);
-  if (is_single() && fluid_.has_single_precision() && VelocityLines::supports(mesh))
-    lines_ = std::make_unique<VelocityLines>(fluid_);
+  if (is_single() && fluid_.has_single_precision()) lines_ = make_velocity_lines(fluid_);
   work_ = fluid_.create_vector();
   FBI_PETSC(VecCreateMPI(comm_.get(), mesh.owned_nodes, mesh.independent_nodes, pressure_right_.out()));
   FBI_PETSC(VecDuplicate(pressure_right_, pressure_solution_.out()));
@@ -318,7 +320,7 @@ void FluidSolver::renew_pressure_mass() {
   for (std::size_t a = 0; a < pressure_mass_.size(); ++a) pressure_mass_[a] += grad_div_part * grad_div[a];
 }
 
-bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed) {
+bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed, bool anew) {
   const bool renewed = weight_->renew();
   lines_current_ = lines_current_ && !renewed;
   if (lines_rest_ > 0) --lines_rest_;
@@ -329,11 +331,13 @@ bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed) 
   renew_pressure_mass();
   if (coupling_ == nullptr || coupling_->global_rows() == 0) return true;
   // The factor belongs to M: fixed fibers keep theirs for good. It may lag behind S and W, which change less in a step
-  // than M does in a few.
-  const bool renew = geometry_changed || factor_of_lines_ != uses_lines() || age_.rows != coupling_->rows() ||
-                     std::abs(age_.sigma - fluid_.sigma()) > other_sigma * fluid_.sigma() ||
-                     (!age_.exact && age_.effort > tired_effort * age_.fresh_effort);
-  age_.exact = age_.exact && !interface_changed;
+  // than M does in a few. With lines it preconditions an iteration with the present M, and may lag behind M as well.
+  const bool follows = geometry_changed && !(uses_lines() && coupling_->has_fixed_rows());
+  const bool tired =
+      age_.lost_steps > most_lost_steps || (!age_.exact && age_.effort > tired_effort * age_.fresh_effort);
+  const bool renew = follows || tired || anew || factor_of_lines_ != uses_lines() || age_.rows != coupling_->rows() ||
+                     std::abs(age_.sigma - fluid_.sigma()) > other_sigma * fluid_.sigma();
+  age_.exact = age_.exact && !interface_changed && !geometry_changed;
   if (!comm_.any(renew)) return true;
   return renew_factor(uses_lines());
 }
@@ -377,13 +381,17 @@ bool FluidSolver::renew_factor(bool of_lines) {
     if (interface_->joined_block(g).size() > 0)
       blocks.push_back({0, static_cast<Index>(interface_->joined_rows(g).size()), interface_->joined_block(g).data(),
                         nullptr, interface_->joined_rows(g).data()});
-  age_ = {coupling_->rows(), fluid_.sigma(), true, 0.0, 0.0};
-  const bool failed = comm_.any(!factor_.factorize(std::move(rows), blocks, exact_factor_));
+  age_ = {coupling_->rows(), fluid_.sigma(), true};
+  using Use = linalg::MultiplierFactor::Use;
+  const Use use = exact_factor_ ? Use::exact : of_lines ? Use::preconditioner : Use::solves;
+  const bool failed = comm_.any(!factor_.factorize(std::move(rows), blocks, use));
   if (failed) age_.rows = -1;
   return !failed;
 }
 
-bool FluidSolver::prepare(bool geometry_changed, bool interface_changed) {
+bool FluidSolver::prepare(bool geometry_changed, bool interface_changed, bool anew) {
+  geometry_changed = geometry_changed || anew;
+  interface_changed = interface_changed || anew;
   if (direct_ != nullptr) {
     const bool kept = fluid_.is_linear() && factor_sigma_ == fluid_.sigma() && !geometry_changed && !interface_changed;
     factor_sigma_ = fluid_.sigma();
@@ -391,7 +399,7 @@ bool FluidSolver::prepare(bool geometry_changed, bool interface_changed) {
   }
   if (reference_ != nullptr) return reference_->prepare(geometry_changed, continuity_scale());
   renew_pressure();
-  if (!renew_velocity(geometry_changed, interface_changed)) return false;
+  if (!renew_velocity(geometry_changed, interface_changed, anew)) return false;
   if (parameters_.precision == Precision::twofold) return true;
   fluid::SingleTangent* tangent = fluid_.single_tangent();
   if (tangent == nullptr) return true;
@@ -502,35 +510,57 @@ linalg::KrylovResult FluidSolver::solve(Vec b, Vec x, double tolerance) {
     result = iterate(x, tolerance, enough);
     // Inverses of blocks do not suffice where stiff fibers share cells and the penalty is large.
     const bool slow = result.iterations > few_iterations && age_.effort > most_effort;
-    if (approximate && (!result.converged || slow)) {
+    if (slow && lines && !age_.exact) {
+      age_.rows = -1;  // the next solve has new ones
+    } else if (approximate && (!result.converged || slow)) {
       exact_factor_ = true;
+      age_.rows = -1;
       count("multiplier blocks given up");
     }
-    bool again = false;
+    const auto again = [&](int maximum) {
+      const int before = result.iterations;
+      result = iterate(x, tolerance, maximum);
+      result.iterations += before;
+    };
     if (!result.converged && lines) {
       // Nor do a few steps for the multipliers of lines then.
       lines_rest_ = next_rest_;
       next_rest_ = std::min(2 * next_rest_, longest_rest);
       count("velocity lines left out");
-      again = !coupled || renew_factor(false);
-      if (again) prepare_single();
-    } else if (!result.converged && lags) {
-      again = renew_factor(false);
-    }
-    if (again) {
-      const int before = result.iterations;
-      result = iterate(x, tolerance, parameters_.krylov_iterations);
-      result.iterations += before;
+      if (!coupled || renew_factor(false)) {
+        prepare_single();
+        again(parameters_.krylov_iterations);
+      }
+    } else if (!result.converged && lags && renew_factor(false)) {
+      again(parameters_.krylov_iterations);
     }
   }
   remove_mean_pressure(x);
   return result;
 }
 
+/// solve_single, again with a new factor where an old one of lines has failed. Notes the steps for the multipliers
+/// beyond those of a new factor: they add up to the time of one. Collective.
+linalg::KrylovResult FluidSolver::iterate_single(Vec x, double tolerance, int maximum) {
+  linalg::KrylovResult result;
+  for (;;) {
+    single_->reset_multiplier_steps();
+    const int before = result.iterations;
+    result = solve_single(scaled_, x, tolerance, maximum);
+    result.iterations += before;
+    const SingleSolver::MultiplierSteps& steps = single_->multiplier_steps();
+    if (factor_of_lines_ && steps.solves > 0) {
+      if (age_.fresh_steps == 0.0) age_.fresh_steps = steps.mean();
+      age_.lost_steps += std::max(0.0, steps.steps - age_.fresh_steps * steps.solves);
+    }
+    if (result.converged || !factor_of_lines_ || age_.exact || !renew_factor(true)) return result;
+  }
+}
+
 /// x = solution for scaled_, by the mixed or the double precision iteration. Collective.
 linalg::KrylovResult FluidSolver::iterate(Vec x, double tolerance, int maximum) {
   linalg::KrylovResult result;
-  if (single_ != nullptr) result = solve_single(scaled_, x, tolerance, maximum);
+  if (single_ != nullptr) result = iterate_single(x, tolerance, maximum);
   if (!result.converged && result.iterations < maximum) {
     // Double precision has W.
     if (factor_of_lines_ && !renew_factor(false)) return result;

@@ -30,7 +30,7 @@ bool solves_directly(const SolverParameters& parameters, const fluid::FluidField
 /// Solves with the tangent of the fluid at its linearisation point, with or without fibers.
 ///
 /// Iterative: FGMRES with a pressure-splitting block preconditioner. The velocity block is (W^-1 + M^T S^-1 M)^-1 with
-/// the diagonal W of VelocityWeight, by Woodbury, or on boxes in single precision with VelocityLines in its place; it
+/// the diagonal W of VelocityWeight, by Woodbury, or in single precision with VelocityLines in its place; it
 /// is applied after the pressure operator, the Laplacian divided by rho sigma with a Robin condition at open faces,
 /// which is solved exactly on boxes and by one multigrid cycle elsewhere; mu times the inverse lumped mass is added to
 /// it. With the pressure projection its action on smooth pressures, a Laplacian with coefficient c h^2/12, is part of
@@ -60,13 +60,19 @@ class FluidSolver {
   bool is_single() const {
     return direct_ == nullptr && reference_ == nullptr && parameters_.precision == Precision::mixed;
   }
-  /// Readies preconditioner or factors for the present linearisation point, M and S. `geometry_changed` and
-  /// `interface_changed` tell what must be renewed. Returns false (on all ranks) when a factorisation failed.
-  /// Collective.
-  bool prepare(bool geometry_changed, bool interface_changed);
+  /// Readies preconditioner or factors for the present linearisation point, M and S. Returns false (on all ranks) when
+  /// a factorisation failed. Collective.
+  /// @param geometry_changed   M is not what it was
+  /// @param interface_changed  nor S
+  /// @param anew               nothing that is kept of them serves any longer
+  bool prepare(bool geometry_changed, bool interface_changed, bool anew = false);
 
   /// x = (A + M^T S^-1 M)^-1 b to `tolerance`; b in unscaled rows. Collective.
   linalg::KrylovResult solve(Vec b, Vec x, double tolerance);
+
+  /// Vectors for who solves with this, kept from step to step.
+  Vec residual() const { return residual_; }
+  Vec increment() const { return increment_; }
 
   /// Where no face fixes the pressure level, removes from the continuity rows of a residual what no solution can
   /// balance (their mean, the net flux through the boundary); returns that mean. Collective.
@@ -82,10 +88,11 @@ class FluidSolver {
   void renew_projected_pressure();
   std::array<std::array<double, 2>, 3> robin_ends(double coefficient) const;
   void renew_pressure_mass();
-  bool renew_velocity(bool geometry_changed, bool interface_changed);
+  bool renew_velocity(bool geometry_changed, bool interface_changed, bool anew);
   std::vector<double> sums_of_columns() const;
   bool renew_factor(bool of_lines);
   void prepare_single();
+  linalg::KrylovResult iterate_single(Vec x, double tolerance, int maximum);
   linalg::KrylovResult iterate(Vec x, double tolerance, int maximum);
   void remove_mean_pressure(Vec x) const;
 
@@ -111,22 +118,25 @@ class FluidSolver {
   std::unique_ptr<VelocityWeight> weight_;
   /// Whether lines stand for W: they rest after solves that did not converge with them.
   bool uses_lines() const { return lines_ != nullptr && lines_rest_ == 0; }
-  std::unique_ptr<VelocityLines> lines_;  // in single precision on boxes
+  std::unique_ptr<VelocityLines> lines_;  // in single precision
   bool lines_current_ = false;            // renewed with W
   int lines_rest_ = 0;                    // preparations until they are tried again
   int next_rest_ = 4;                     // after the next solve without convergence
   bool factor_of_lines_ = false;          // factor_ has the diagonal of lines_ in place of W
   linalg::MultiplierFactor factor_;
   bool exact_factor_ = false;  // from now on sparse factors in any case
-  /// How the factor of the multipliers ages: it is kept while S and W change and iterations stay few.
+  /// How the factor of the multipliers ages: it is kept while S and W change and iterations stay few, with lines while
+  /// M changes as well.
   struct FactorAge {
     Index rows = -1;            // of this rank when it was made
     double sigma = 0.0;         // then
     bool exact = false;         // made for the present M and S
     double fresh_effort = 0.0;  // iterations a decade of the first solve after
     double effort = 0.0;        // of the last solve
+    double fresh_steps = 0.0;   // for the multipliers of lines in the first solve after, in the mean
+    double lost_steps = 0.0;    // more than that since
   } age_;
-  linalg::VecHandle ghosted_, work_, scaled_;
+  linalg::VecHandle ghosted_, work_, scaled_, residual_, increment_;
   linalg::VecHandle pressure_right_, pressure_solution_;
   mutable std::vector<double> rows_;  // shape=(rows,3)
 

@@ -108,7 +108,7 @@ bool InterfaceMap::linearized(const std::vector<double>& x, std::vector<double>&
     tangent_ = std::make_unique<FiberTangent>(system_, implicit_);
     if (!tangent_->is_regular()) return false;
     fluid.linearize();
-    if (!solver.prepare(true, true)) return false;
+    if (!solver.prepare(true, true, true)) return false;
     geometry_changed_ = false;
   }
   std::vector<double> change(x.size());

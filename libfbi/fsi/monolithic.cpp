@@ -86,7 +86,7 @@ StepReport solve_monolithic(System& system) {
   const bool coupled = system.fluid_feels_fibers();
   const bool moving = coupled && system.fibers_follow();
   const bool linearized = is_linearized(system);
-  linalg::VecHandle residual = fluid.create_vector(), increment = fluid.create_vector();
+  const Vec residual = system.solver().residual(), increment = system.solver().increment();
   std::vector<double> g, lambda, force;
   double first_fluid_norm = 0.0, first_forces = 0.0, momentum = 0.0, fluid_reference = 0.0, fiber_reference = 0.0;
   const double fiber_tolerance = std::min(parameters.newton_tolerance, most_fiber_tolerance);
@@ -180,7 +180,8 @@ StepReport solve_monolithic(System& system) {
       system.solver().project_residual(residual);
     }
     fluid.linearize();
-    if (!system.solver().prepare(geometry_changed || (moving && iteration == 0) || stale, moving || stale)) break;
+    const bool moved = geometry_changed || (moving && iteration == 0);
+    if (!system.solver().prepare(moved, moving, stale)) break;
     geometry_changed = stale = false;
     FBI_PETSC(VecScale(residual, -1.0));
     const double tolerance = tolerance_of(system, system.fluid_norm(residual), fluid_reference);
@@ -205,7 +206,7 @@ bool solve_fluid(System& system, const std::vector<double>* g, std::vector<doubl
                  bool& geometry_changed, double& reference, const FluidTolerance& tolerance) {
   fluid::FluidField& fluid = system.fluid();
   const SolverParameters& parameters = system.solver_parameters();
-  linalg::VecHandle residual = fluid.create_vector(), increment = fluid.create_vector();
+  const Vec residual = system.solver().residual(), increment = system.solver().increment();
   double before = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration <= parameters.newton_iterations; ++iteration) {
     if (g != nullptr) multipliers(system, *g, lambda);
@@ -231,7 +232,7 @@ bool solve_fluid(System& system, const std::vector<double>* g, std::vector<doubl
     linalg::KrylovResult result = system.solver().solve(residual, increment, linear);
     if (!fresh && !result.converged) {
       report.krylov += result.iterations;
-      if (!system.solver().prepare(true, true)) return false;
+      if (!system.solver().prepare(true, true, true)) return false;
       result = system.solver().solve(residual, increment, linear);
     }
     if (!fresh && result.iterations > many_iterations) geometry_changed = true;

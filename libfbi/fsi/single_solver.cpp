@@ -35,6 +35,19 @@ double velocity_dot(const float* a, const float* b, std::size_t size) {
   return total;
 }
 
+/// Sum of a b in eight parts.
+double dot(const std::vector<double>& a, const std::vector<double>& b) {
+  constexpr std::size_t parts = 8;
+  double sum[parts] = {};
+  std::size_t k = 0;
+  for (; k + parts <= a.size(); k += parts)
+    for (std::size_t i = 0; i < parts; ++i) sum[i] += a[k + i] * b[k + i];
+  for (; k < a.size(); ++k) sum[0] += a[k] * b[k];
+  double total = 0.0;
+  for (const double part : sum) total += part;
+  return total;
+}
+
 void add(float* to, float factor, const float* from, std::size_t size) {
   for (std::size_t k = 0; k < size; ++k) to[k] += factor * from[k];
 }
@@ -79,10 +92,26 @@ void SingleSolver::prepare(const SinglePreconditioner& preconditioner) {
   find_touched();
   if (parts_.lines == nullptr) return;
   std::vector<char> reached = parts_.lines->reached(touched_);
-  if (reached == reached_ && reached_axis_ == parts_.lines->axis()) return;
+  if (reached == reached_ && reached_version_ == parts_.lines->version()) return;
   reached_ = std::move(reached);
-  reached_axis_ = parts_.lines->axis();
+  reached_version_ = parts_.lines->version();
   for (Direction& direction : directions_) std::fill(direction.velocity.begin(), direction.velocity.end(), 0.0f);
+  find_reached();
+}
+
+/// Nodes of the lines that forces reach, with all ghosts, and the given velocities there.
+void SingleSolver::find_reached() {
+  std::vector<char> node = parts_.lines->nodes_of(reached_);
+  node.resize(nodes_, 1);
+  reached_nodes_.clear();
+  for (std::size_t a = 0; a < nodes_; ++a) {
+    if (node[a] == 0) continue;
+    if (reached_nodes_.empty() || reached_nodes_.back().second != a) reached_nodes_.emplace_back(a, a);
+    reached_nodes_.back().second = a + 1;
+  }
+  reached_given_.clear();
+  for (const std::size_t k : given_)
+    if (node[k / 4] != 0) reached_given_.push_back(k);
 }
 
 linalg::KrylovResult SingleSolver::solve(float* b, float* x, double tolerance, int maximum, const Effort& effort) {
@@ -138,10 +167,11 @@ void SingleSolver::velocity_block(const float* v, float factor, const float* gra
 
 void SingleSolver::apply_lines(float* r, float* x, const std::vector<char>* only) {
   const Timed timed("lines");
-  for (const std::size_t k : given_) r[k] = 0.0f;
+  const std::vector<std::size_t>& given = only != nullptr ? reached_given_ : given_;
+  for (const std::size_t k : given) r[k] = 0.0f;
   tangent_.remove_normal(r, static_cast<Index>(owned_));
   parts_.lines->apply(r, x, only);
-  for (const std::size_t k : given_) x[k] = 0.0f;
+  for (const std::size_t k : given) x[k] = 0.0f;
   tangent_.remove_normal(x, static_cast<Index>(owned_));
   tangent_.halo().update_ghosts(x);
 }
@@ -163,11 +193,7 @@ void SingleSolver::add_constraint(float* velocity) {
   const Comm& comm = fluid_.mesh().comm;
   const fluid::Halo& halo = tangent_.halo();
   const std::size_t size = rows_.size();
-  const auto dot = [size](const std::vector<double>& a, const std::vector<double>& b) {
-    double sum = 0.0;
-    for (std::size_t k = 0; k < size; ++k) sum += a[k] * b[k];
-    return sum;
-  };
+  ++multiplier_steps_.solves;
   coupling_->interpolate(velocity, rows_.data());
   const double enough = enough_of_rows * enough_of_rows * comm.sum(dot(rows_, rows_));
   multipliers_.resize(size);
@@ -182,6 +208,7 @@ void SingleSolver::add_constraint(float* velocity) {
     here.velocity.resize(4 * nodes_);
     multipliers_ = rows_;
     count("multiplier iterations");
+    ++multiplier_steps_.steps;
     parts_.factor->precondition(multipliers_.data());
     coupling_->spread(multipliers_.data(), force_.data(), 1.0);
     halo.add_ghosts(force_.data());
@@ -211,11 +238,12 @@ void SingleSolver::add_constraint(float* velocity) {
     for (int j = 0; j < i; ++j) coefficient[j] -= h[i][j] * coefficient[i];
   float c[most_directions] = {};
   for (int i = 0; i < used; ++i) c[i] = static_cast<float>(coefficient[i]);
-  for (std::size_t k = 0; k < 4 * nodes_; k += 4) {
-    NodeVector<float> u = load_node(velocity + k);
-    for (int i = 0; i < used; ++i) u -= c[i] * load_node(&directions_[i].velocity[k]);
-    store_node(three_and_one<float>(u, load_node(velocity + k)), velocity + k);
-  }
+  for (const auto& [begin, end] : reached_nodes_)
+    for (std::size_t k = 4 * begin; k < 4 * end; k += 4) {
+      NodeVector<float> u = load_node(velocity + k);
+      for (int i = 0; i < used; ++i) u -= c[i] * load_node(&directions_[i].velocity[k]);
+      store_node(three_and_one<float>(u, load_node(velocity + k)), velocity + k);
+    }
 }
 
 void SingleSolver::add_multipliers(const float* z, float* product) {

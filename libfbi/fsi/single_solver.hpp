@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "coupling/coupling.hpp"
@@ -24,12 +25,12 @@ struct SinglePreconditioner {
   double continuity_scale = 1.0;                     ///< of the continuity rows
   const std::vector<double>* weight = nullptr;       ///< W, shape=(local nodes,3); null with lines
   const VelocityLines* lines = nullptr;              ///< V in place of W
-  const linalg::MultiplierFactor* factor = nullptr;  ///< of S + M W M^T, or with the diagonal of V for W
+  const linalg::MultiplierFactor* factor = nullptr;  ///< of S + M W M^T; of an earlier one with V's diagonal for W
 };
 
 /// FGMRES on (A_FF + M^T S^-1 M) x = b with the block-triangular preconditioner
 ///   p = P^-1 r_p,  u = (W^-1 + M^T S^-1 M)^-1 (r_u - G p),
-/// everything in floats but the multipliers. On boxes V of VelocityLines stands for W: then T = S + M V M^T is no small
+/// everything in floats but the multipliers. V of VelocityLines may stand for W: then T = S + M V M^T is no small
 /// matrix, and T lambda = M V (r_u - G p) is solved by a few steps of minimal residuals with the factor's T^-1.
 /// G p is a part of both the preconditioner and the product, so that an iteration costs one pass over the velocity
 /// columns and one over the (cheap) pressure columns. Where tight tolerances, fast or viscous flow make many
@@ -53,6 +54,13 @@ class SingleSolver {
   void prepare(const SinglePreconditioner& preconditioner);
   /// Takes the parts along the normals of slip walls out of the first `nodes` nodes.
   void remove_normal(float* values, Index nodes) const { tangent_.remove_normal(values, nodes); }
+  /// Steps for the multipliers of lines since the last reset, and how often they were solved for.
+  struct MultiplierSteps {
+    int steps = 0, solves = 0;
+    double mean() const { return solves > 0 ? static_cast<double>(steps) / solves : 0.0; }
+  };
+  const MultiplierSteps& multiplier_steps() const { return multiplier_steps_; }
+  void reset_multiplier_steps() { multiplier_steps_ = {}; }
   /// b: shape=(owned nodes,4) in scaled continuity rows, overwritten. x likewise. Collective.
   linalg::KrylovResult solve(float* b, float* x, double tolerance, int maximum, const Effort& effort);
 
@@ -65,6 +73,7 @@ class SingleSolver {
   /// x = V r with ghosts, zero where the velocity is given; r likewise. Fourth entries stay. Collective.
   void apply_lines(float* r, float* x, const std::vector<char>* only = nullptr);
   void find_touched();
+  void find_reached();
   void add_multipliers(const float* z, float* product);
   void apply_velocity(const float* z, float* w);
   /// Fourth entries of z for right_; uses w, shape=(nodes,4). Collective.
@@ -93,10 +102,13 @@ class SingleSolver {
     std::vector<float> velocity;  ///< V M^T z, shape=(nodes,4)
     double squared_norm = 0.0;
   };
-  std::vector<Direction> directions_;      ///< of the multipliers, as many as were needed
-  int reached_axis_ = -1;                  ///< of the lines of reached_
-  std::vector<char> reached_;              ///< lines that forces of multipliers reach
-  std::vector<double> multipliers_, law_;  ///< shape=(rows,3)
+  MultiplierSteps multiplier_steps_;
+  std::vector<Direction> directions_;                               ///< of the multipliers, as many as were needed
+  int reached_version_ = -1;                                        ///< of the lines of reached_
+  std::vector<char> reached_;                                       ///< lines that forces of multipliers reach
+  std::vector<std::pair<std::size_t, std::size_t>> reached_nodes_;  ///< [first, end) of their nodes and ghosts
+  std::vector<std::size_t> reached_given_;                          ///< of given_
+  std::vector<double> multipliers_, law_;                           ///< shape=(rows,3)
   struct Sweep {
     std::vector<float> z, w;  ///< a direction and its product, shape=(nodes,4)
     double squared_norm = 0.0;

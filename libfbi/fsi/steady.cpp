@@ -53,7 +53,7 @@ class SteadyProblem {
   /// One linear solve with the tangent at the iterate; the iterate is not changed.
   linalg::KrylovResult solve(StepReport& report, bool renew_factor, double tolerance) {
     system_.fluid().linearize();
-    if (!system_.solver().prepare(renew_factor, renew_factor)) return {};
+    if (!system_.solver().prepare(renew_factor, renew_factor, renew_factor)) return {};
     FBI_PETSC(VecScale(residual_, -1.0));
     const linalg::KrylovResult result = system_.solver().solve(residual_, increment_, tolerance);
     report.krylov += result.iterations;

@@ -1,70 +1,107 @@
-/// Approximate inverse of the fluid's velocity block on tensor-product boxes: lines of nodes the way the flow goes.
+/// Approximate inverse of the fluid's velocity block: lines of nodes the way the flow goes.
 #pragma once
 
-#include <array>
+#include <Eigen/Core>
+#include <memory>
 #include <vector>
 
+#include "base/node_vector.hpp"
 #include "fluid/fluid_field.hpp"
-#include "fluid/halo.hpp"
 #include "fsi/velocity_weight.hpp"
 
 namespace fbi::fsi {
 
-/// V = L^-1 (1 + b D_1 + b D_2): L has, along every line of nodes in the direction d of most streamline diffusion, the
-/// tridiagonal matrices of linear elements of
+/// V = L^-1 (1 + b sum D): L has, along lines of nodes, the tridiagonal matrices of linear elements of
 ///   rho (sigma + v_d d/dx) u + rho tau v_d dw/dx (rho sigma u + rho v_d du/dx) + mu du/dx dw/dx,
 /// lumped across, plus a diagonal for what acts across: viscosity, a third of grad-div, streamline diffusion, half of
-/// the reaction rho |dv|/h. D_1 and D_2 are second differences across (-1/2, 1, -1/2) of forces over areas, which undo
-/// half of what lumping does to the mass of rough fields.
+/// the reaction rho |dv|/h. Each D is a second difference (-1/2, 1, -1/2) of forces over areas along edges that belong
+/// to no line; they undo half of what lumping does to the mass of rough fields.
 ///
 /// A diagonal is too small, by up to 20, for fields that are rough across the flow and smooth along it; fibers make
 /// such fields. Lines end where the nodes of a rank do.
 class VelocityLines {
  public:
-  /// True when the mesh is a box and the nodes that each rank owns fill a block of it. Collective.
-  static bool supports(const mesh::HexMesh& mesh);
-
-  /// The mesh of the fluid must be supported. Collective.
-  explicit VelocityLines(const fluid::FluidField& fluid);
+  virtual ~VelocityLines() = default;
 
   /// Renews L for the present time step and tau, with the flow that W was renewed for. Collective.
-  void renew(const VelocityWeight& weight);
+  virtual void renew(const VelocityWeight& weight) = 0;
   /// The first three numbers of every node of x = V r; the fourth ones of x stay. r is zero where the velocity is
   /// given, x is then not: that is left to the caller. Shapes=(owned nodes,4); r and x differ.
   /// @param only  lines of x to compute, shape=(lines); null: all
-  void apply(const float* r, float* x, const std::vector<char>* only = nullptr) const;
+  virtual void apply(const float* r, float* x, const std::vector<char>* only = nullptr) const = 0;
   /// 1 for lines where x is not zero when r is zero but at the given owned nodes, shape=(lines).
-  std::vector<char> reached(const std::vector<Index>& nodes) const;
+  virtual std::vector<char> reached(const std::vector<Index>& nodes) const = 0;
+  /// 1 for owned nodes on the given lines, shape=(owned nodes).
+  virtual std::vector<char> nodes_of(const std::vector<char>& lines) const = 0;
   /// Diagonal of V for fields that are rough in one direction across, zero where the velocity is given, shape=(local
   /// nodes,3). Collective.
-  std::vector<double> diagonal();
-  /// The direction d.
-  int axis() const { return axis_; }
+  virtual std::vector<double> diagonal() = 0;
+  /// A number that changes when the lines get other nodes.
+  virtual int version() const = 0;
+};
+
+/// The lines that suit the mesh of `fluid`: BoxLines or MeshLines. Collective.
+std::unique_ptr<VelocityLines> make_velocity_lines(const fluid::FluidField& fluid);
+
+/// What the terms of L need of a cell; along its edges run coordinates from 0 to 1.
+struct LineCell {
+  Eigen::Array3f rate;     ///< of the coordinates in the flow [1/time]
+  Eigen::Array3f squares;  ///< of the coordinates' gradients [1/length^2]
+  float inverse_size;      ///< V^(-1/3) [1/length]
+  float tau;               ///< FluidField::tau_streamline()
+};
+
+/// What one of the four edges of a cell in a direction adds to rows of L, over the volume of the cell: coupling to the
+/// node before, to the one after, diagonal, diagonal without convection.
+struct EdgeRows {
+  NodeVector<float> first, second;  ///< of the ends of the edge, when the line goes from the first to the second
+  float lump = 0.0f;                ///< beside both diagonals, where they are not neighbors on a line
+};
+
+/// Terms of L, for one state of the fluid.
+class LineTerms {
+ public:
+  explicit LineTerms(const fluid::FluidField& fluid);
+  EdgeRows rows(const LineCell& cell, const CellFlow& flow, int direction) const;
+
+  static constexpr float reaction_part = 0.5f;  ///< of rho |dv|/h
+  static constexpr float half_mass = 0.25f;   ///< b: 1.5 for the roughest field in one direction, consistent mass has 3
+  static constexpr float least_pivot = 0.1f;  ///< of the diagonal without convection
 
  private:
-  struct Bundle;
-  struct CellShape {
-    Eigen::Array3f inverse_edge;
-    float volume, inverse_size;  // inverse_size: V^(-1/3)
-  };
-  template <class Act>
-  void for_bundles(const Act& act) const;
-  template <std::size_t Lanes>
-  void factorize(const Bundle& bundle);
-  template <std::size_t Lanes>
-  void solve(const Bundle& bundle, const float* r, float* x) const;
-
-  const fluid::FluidField& fluid_;
-  fluid::Halo halo_;
-  std::vector<CellShape> shape_;  ///< shape=(local cells)
-  /// After renew(): couplings of each node to those before and after, diagonal, the same without convection,
-  /// shape=(local nodes,4).
-  std::vector<float> rows_;
-  std::array<std::size_t, 3> n_{}, stride_{};  // owned nodes along each direction, steps between them
-  int axis_ = 0;
-  std::vector<float> low_;      // coupling to the node before, shape=(owned nodes)
-  std::vector<float> inverse_;  // 1/pivot
-  std::vector<float> high_;     // coupling to the node after, over the pivot
+  float density_, viscosity_, sigma_;
 };
+
+inline EdgeRows LineTerms::rows(const LineCell& cell, const CellFlow& flow, int direction) const {
+  const float stabilised = density_ * density_ * cell.tau;
+  const float along = cell.rate[direction];
+  // A quarter of the volume belongs to every edge, an eighth to every node; int (dN_a/dx)^2 is V/(9 h^2).
+  const float mass = 0.25f * density_ * sigma_;
+  const float convection = 0.125f * density_ * along;
+  const float diffusion = 0.25f * (stabilised * along * along + viscosity_ * cell.squares[direction]);
+  const float inertia = 0.125f * stabilised * along * sigma_;  // tau v_d dw/dx rho sigma u
+  Eigen::Array3f others = viscosity_ * cell.squares + stabilised * cell.rate.square();
+  others[direction] = 0.0f;
+  const float across = others.sum() / 9.0f + static_cast<float>(flow.grad_div) / 27.0f * cell.squares.sum() +
+                       reaction_part / 8.0f * density_ * static_cast<float>(flow.difference) * cell.inverse_size;
+  const float bound = mass / 3.0f + diffusion + across;
+  const float forwards = mass / 6.0f + convection - diffusion - inertia;
+  const float backwards = mass / 6.0f - convection - diffusion + inertia;
+  EdgeRows rows;
+  rows.first = NodeVector<float>{0.0f, forwards, bound - convection - inertia, bound};
+  rows.second = NodeVector<float>{backwards, 0.0f, bound + convection + inertia, bound};
+  rows.lump = mass / 6.0f;
+  return rows;
+}
+
+/// Nodes of a hex8 that follow each other along a direction.
+inline constexpr int line_edges[3][4][2] = {
+    {{0, 1}, {3, 2}, {4, 5}, {7, 6}}, {{0, 3}, {1, 2}, {4, 7}, {5, 6}}, {{0, 4}, {1, 5}, {2, 6}, {3, 7}}};
+
+/// Whether all velocities of a node are given.
+inline bool is_given(const fluid::FluidField& fluid, std::size_t node) {
+  const char* dirichlet = &fluid.is_dirichlet()[4 * node];
+  return dirichlet[0] != 0 && dirichlet[1] != 0 && dirichlet[2] != 0;
+}
 
 }  // namespace fbi::fsi

@@ -49,7 +49,26 @@ void MultiplierBlocks::couple_own(const std::vector<Index>& column_begin, const 
   }
 }
 
-bool MultiplierBlocks::factorize(MultiplierRows m, const std::vector<InterfaceBlock>& s) {
+std::vector<double> MultiplierBlocks::lump(const std::vector<double>& column_total) {
+  std::vector<double> others(lumped_.size(), 0.0);
+  for (Index p = 0; p < m_.rows(); ++p) {
+    const std::size_t at = 3 * static_cast<std::size_t>(p);
+    for (Index k = m_.begin[p]; k < m_.begin[p + 1]; ++k) {
+      const std::size_t c = m_.column[k];
+      const double foreign = m_.others.empty() ? 0.0 : std::max(0.0, m_.value[k] * m_.others[c]);
+      for (int i = 0; i < 3; ++i) {
+        lumped_[at + i] += m_.value[k] * column_total[c] * m_.weight[3 * c + i];
+        others[at + i] += foreign * m_.weight[3 * c + i];
+      }
+    }
+    for (Index k = own_begin_[p]; k < own_begin_[p + 1]; ++k)
+      for (int i = 0; i < 3; ++i) lumped_[at + i] -= own_value_[3 * static_cast<std::size_t>(k) + i];
+    for (int i = 0; i < 3; ++i) lumped_[at + i] = couples_ ? std::max(0.0, lumped_[at + i]) : 0.0;
+  }
+  return others;
+}
+
+bool MultiplierBlocks::factorize(MultiplierRows m, const std::vector<InterfaceBlock>& s, bool alone) {
   m_ = std::move(m);
   const Index rows = m_.rows(), columns = m_.columns();
   blocks_.clear();
@@ -78,21 +97,7 @@ bool MultiplierBlocks::factorize(MultiplierRows m, const std::vector<InterfaceBl
 
   lumped_.assign(3 * static_cast<std::size_t>(rows), 0.0);
   std::vector<double> others(lumped_.size(), 0.0);
-  for (Index p = 0; p < rows; ++p) {
-    const std::size_t at = 3 * static_cast<std::size_t>(p);
-    for (Index k = m_.begin[p]; k < m_.begin[p + 1]; ++k) {
-      const std::size_t c = m_.column[k];
-      const double foreign = m_.others.empty() ? 0.0 : std::max(0.0, m_.value[k] * m_.others[c]);
-      for (int i = 0; i < 3; ++i) {
-        lumped_[at + i] += m_.value[k] * total[c] * m_.weight[3 * c + i];
-        others[at + i] += foreign * m_.weight[3 * c + i];
-      }
-    }
-    for (Index k = own_begin_[p]; k < own_begin_[p + 1]; ++k)
-      for (int i = 0; i < 3; ++i) lumped_[at + i] -= own_value_[3 * static_cast<std::size_t>(k) + i];
-    for (int i = 0; i < 3; ++i) lumped_[at + i] = couples_ ? std::max(0.0, lumped_[at + i]) : 0.0;
-  }
-
+  if (!alone) others = lump(total);
   value_.assign(m_.value.begin(), m_.value.end());
   weight_.assign(4 * static_cast<std::size_t>(columns), 0.0f);
   for (std::size_t c = 0; c < static_cast<std::size_t>(columns); ++c)

@@ -13,13 +13,14 @@ namespace fbi::linalg {
 /// are as good as factors of T where rows do not cancel each other, and what they cost does not grow when fibers come
 /// to lie across each other. Motion that the rows of all blocks share is exact in every step, since (L - E) takes it to
 /// zero; the entries of M are not negative, so L - E is positive semi-definite and the steps converge. Coupling to rows
-/// of other ranks is in D alone.
+/// of other ranks is in D alone. As a preconditioner the blocks do better without L and rows of other ranks.
 class MultiplierBlocks {
  public:
   /// True where every row has its dense block of S and no entry of M is negative.
   static bool suits(const MultiplierRows& m, const std::vector<InterfaceBlock>& s);
   /// Returns false when a block is singular or not finite. `m` and `s` must suit. Cost: the inverses of the blocks.
-  bool factorize(MultiplierRows m, const std::vector<InterfaceBlock>& s);
+  /// @param alone  D without L and rows of other ranks, for solve() without steps: the better preconditioner
+  bool factorize(MultiplierRows m, const std::vector<InterfaceBlock>& s, bool alone = false);
   /// b <- about T^-1 b, shape=(rows,3), by `steps` of the iteration after b <- D^-1 b.
   void solve(double* b, int steps = 2);
   /// True where no column has rows of different blocks.
@@ -36,6 +37,8 @@ class MultiplierBlocks {
   };
   void couple_own(const std::vector<Index>& column_begin, const std::vector<Index>& column_row,
                   const std::vector<double>& column_value, const std::vector<Index>& block_of);
+  /// L, and what rows of other ranks add to the diagonal, shape=(rows,3).
+  std::vector<double> lump(const std::vector<double>& column_total);
   bool invert_blocks(const std::vector<InterfaceBlock>& s, const std::vector<double>& others);
   void apply_inverses(const double* b, double* x);
   void add_others(const double* y, double* r);

@@ -168,16 +168,16 @@ struct MultiplierFactor::Implementation {
 MultiplierFactor::MultiplierFactor() : implementation_(std::make_unique<Implementation>()) {}
 MultiplierFactor::~MultiplierFactor() = default;
 
-bool MultiplierFactor::factorize(MultiplierRows m, const std::vector<InterfaceBlock>& s, bool exact) {
+bool MultiplierFactor::factorize(MultiplierRows m, const std::vector<InterfaceBlock>& s, Use use) {
   Implementation& self = *implementation_;
   self.clear();
   self.size = 3 * m.rows();
-  const bool by_blocks = self.size > 0 && !exact && MultiplierBlocks::suits(m, s);
+  const bool by_blocks = self.size > 0 && use != Use::exact && MultiplierBlocks::suits(m, s);
   if (!by_blocks) self.blocks.reset();
   if (self.size == 0) return true;
   if (by_blocks) {
     if (self.blocks == nullptr) self.blocks = std::make_unique<MultiplierBlocks>();
-    return self.blocks->factorize(std::move(m), s);
+    return self.blocks->factorize(std::move(m), s, use == Use::preconditioner);
   }
   self.t = assemble(m, s);
   for (Index k = 0; k < self.t.nonZeros(); ++k)

@@ -13,19 +13,22 @@ namespace fbi::linalg {
 ///
 /// Where all fibers move and no entry of M is negative, T is new with every M, and MultiplierBlocks approximate T^-1.
 /// Elsewhere T is symmetrised and factorised by CHOLMOD; a T that is not positive definite is factorised by UMFPACK as
-/// it is. Coupling between rows of different ranks is added to the diagonal: forces of one direction, which several
-/// rows share, are then neither counted once for each rank nor lost. It changes iteration counts and not answers.
+/// it is. Coupling between rows of different ranks is added to the diagonal (but to that of blocks for a
+/// preconditioner): forces of one direction, which several rows share, are then neither counted once for each rank nor
+/// lost. It changes iteration counts and not answers.
 class MultiplierFactor {
  public:
+  /// What a factor is for: solves, or an iteration with T that it preconditions. `exact`: sparse factors in any case.
+  enum class Use { solves, preconditioner, exact };
+
   MultiplierFactor();
   ~MultiplierFactor();
 
   /// Returns false when T is singular or not finite.
-  /// @param exact  sparse factors in any case
-  bool factorize(MultiplierRows m, const std::vector<InterfaceBlock>& s, bool exact = false);
-  /// b <- T^-1 b, exact for sparse factors, shape=(rows,3).
+  bool factorize(MultiplierRows m, const std::vector<InterfaceBlock>& s, Use use = Use::solves);
+  /// b <- T^-1 b, exact for sparse factors, shape=(rows,3); not after Use::preconditioner.
   void solve(double* b) const;
-  /// The same for an iteration with T: inverses of blocks alone where they stand for factors.
+  /// The same for an iteration with T: inverses of blocks alone where they stand for factors (Use::preconditioner).
   void precondition(double* b) const;
   /// Whether MultiplierBlocks stand for the factors and rows of different blocks meet.
   bool is_approximate() const;

@@ -65,11 +65,13 @@ void expect_no_beam_work(const Work& work) {
   EXPECT_EQ(work["fiber corrections"], 0);
 }
 
-TEST(Skipped, MovingFibersNeedEverything) {
+TEST(Skipped, MovingFibersNeedAllButNewFactors) {
   const Work work(scene("{}"));
   EXPECT_EQ(work["searches"], steps);
   EXPECT_EQ(work["builds of M"], steps);
-  EXPECT_EQ(work["multiplier factorizations"], steps);  // those of M, which is built once a step
+  // With lines in the velocity block a factor may be that of an earlier M.
+  EXPECT_GE(work["multiplier factorizations"], 1);
+  EXPECT_LT(work["multiplier factorizations"], steps);
   EXPECT_GT(work["fiber tangents"], steps);
   EXPECT_GT(work["condensations"], steps);
   EXPECT_GT(work["fiber corrections"], 0);

@@ -1,10 +1,16 @@
 // Parts of the preconditioner against what they approximate, on any number of ranks.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <set>
+#include <type_traits>
+#include <utility>
+
+#include "fsi/box_lines.hpp"
+#include "fsi/mesh_lines.hpp"
 #include "fsi/pressure_convection.hpp"
-#include "fsi/velocity_lines.hpp"
 #include "fsi/velocity_weight.hpp"
-#include "linalg/owned_block.hpp"
 #include "linalg/vector_access.hpp"
 #include "unit/fluid/fluid_scene.hpp"
 
@@ -121,16 +127,19 @@ TEST(VelocityWeight, GradDivAtNodes) {
   }
 }
 
-/// A flow along y or z through a box that is longest in x, so that ranks have whole lines along the flow. Cells, and
-/// with them tau, change along the flow only.
+/// A flow along y or z through a box that is longest in x, so that ranks of a box have whole lines along the flow.
+/// Cells, and with them tau, change along the flow only.
+template <class Lines>
 struct Channel {
   mesh::HexMesh mesh;
   FluidField field;
   fsi::VelocityWeight weight;
-  fsi::VelocityLines lines;
+  Lines lines;
   Channel(int axis, const Vec3& velocity)
-      : mesh(box_mesh(Comm(MPI_COMM_WORLD), {uniform(0, 3, 13), graded(0, 1, 7, axis == 1 ? 1.3 : 1.0),
-                                             graded(0, 0.8, 6, axis == 2 ? 0.8 : 1.0)})),
+      : mesh(box_mesh(
+            Comm(MPI_COMM_WORLD),
+            {uniform(0, 3, 13), graded(0, 1, 7, axis == 1 ? 1.3 : 1.0), graded(0, 0.8, 6, axis == 2 ? 0.8 : 1.0)},
+            std::is_same_v<Lines, fsi::MeshLines>)),
         field(mesh, parameters(velocity), conditions(axis, velocity), {TimeScheme::one_step_theta, 1.0}),
         weight(field),
         lines(field) {
@@ -156,21 +165,39 @@ struct Channel {
     return all;
   }
   Index place(Index node, int direction) const {
-    const std::array<Index, 3> n = linalg::box_nodes(mesh);
+    constexpr std::array<Index, 3> n = {14, 8, 7};
     const GlobalIndex id = mesh.node_id[node];
     return static_cast<Index>(direction == 0 ? id % n[0] : direction == 1 ? id / n[0] % n[1] : id / n[0] / n[1]);
   }
 };
 
+template <class Lines>
+class VelocityLines : public testing::Test {};
+using AllLines = testing::Types<fsi::BoxLines, fsi::MeshLines>;
+TYPED_TEST_SUITE(VelocityLines, AllLines);
+
+/// 1 for owned nodes whose line is whole: ranks of a general mesh may share a layer of cells, and cut lines.
+std::vector<char> on_whole_lines(const Channel<fsi::BoxLines>& channel, int) {
+  return std::vector<char>(channel.mesh.owned_nodes, 1);
+}
+std::vector<char> on_whole_lines(const Channel<fsi::MeshLines>& channel, int axis) {
+  std::vector<char> whole(channel.mesh.owned_nodes, 0);
+  for (const std::vector<Index>& line : channel.lines.lines())
+    for (const Index a : line) whole[a] = line.size() == (axis == 1 ? 8u : 7u);
+  return whole;
+}
+
 // What changes along the flow alone: the velocity block and V are inverse to each other.
-TEST(VelocityLines, InvertTheBlockAlongTheFlow) {
+TYPED_TEST(VelocityLines, InvertTheBlockAlongTheFlow) {
   linalg::initialize_petsc();
   for (const int axis : {1, 2}) {
     Vec3 flow = Vec3::Zero();
     flow[axis] = 2.0;
-    Channel channel(axis, flow);
-    ASSERT_TRUE(fsi::VelocityLines::supports(channel.mesh));
-    EXPECT_EQ(channel.lines.axis(), axis);
+    Channel<TypeParam> channel(axis, flow);
+    if constexpr (std::is_same_v<TypeParam, fsi::BoxLines>) {
+      ASSERT_TRUE(fsi::BoxLines::supports(channel.mesh));
+      EXPECT_EQ(channel.lines.axis(), axis);
+    }
     linalg::VecHandle u = channel.field.create_vector(), r = channel.field.create_vector();
     const Index owned = channel.mesh.owned_nodes;
     {
@@ -186,17 +213,22 @@ TEST(VelocityLines, InvertTheBlockAlongTheFlow) {
     const std::vector<double> exact = owned_values(u), right = owned_values(r);
     std::vector<float> b(right.begin(), right.end()), x(right.size(), 7.0f);
     channel.lines.apply(b.data(), x.data());
+    const std::vector<char> whole = on_whole_lines(channel, axis);
+    GlobalIndex nodes = 0;
     for (Index a = 0; a < owned; ++a) {
-      for (int c = 0; c < 3 && channel.place(a, axis) > 0; ++c) EXPECT_NEAR(x[4 * a + c], exact[4 * a + c], 2e-4);
       EXPECT_EQ(x[4 * a + 3], 7.0f);
+      if (whole[a] == 0 || channel.place(a, axis) == 0) continue;
+      ++nodes;
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(x[4 * a + c], exact[4 * a + c], 2e-4);
     }
+    EXPECT_GT(channel.mesh.comm.sum(nodes), 14 * 8 * 7 / 2);
   }
 }
 
 // The diagonal is that of fields that are rough along x and constant along z; forces reach what `reached` says.
-TEST(VelocityLines, DiagonalAndReach) {
+TYPED_TEST(VelocityLines, DiagonalAndReach) {
   linalg::initialize_petsc();
-  Channel channel(1, Vec3(0.1, 2.0, -0.2));
+  Channel<TypeParam> channel(1, Vec3(0.1, 2.0, -0.2));
   const Index owned = channel.mesh.owned_nodes;
   const std::vector<double> diagonal = channel.lines.diagonal();
   for (const Index y : {2, 7}) {
@@ -215,6 +247,8 @@ TEST(VelocityLines, DiagonalAndReach) {
     const std::vector<char> reached = channel.lines.reached(nodes);
     channel.lines.apply(r.data(), part.data(), &reached);
     EXPECT_EQ(part, x);
+    const std::vector<char> on_lines = channel.lines.nodes_of(reached);
+    for (Index a = 0; a < owned; ++a) EXPECT_TRUE(x[4 * a] == 0.0f || on_lines[a] != 0);
     Index lines = 0;
     for (const char line : reached) lines += line;
     if (channel.mesh.comm.size() == 1) {
@@ -225,12 +259,12 @@ TEST(VelocityLines, DiagonalAndReach) {
   for (Index a = 0; a < channel.mesh.local_nodes(); ++a) EXPECT_EQ(diagonal[3 * a] == 0.0, channel.place(a, 1) == 0);
 }
 
-// Any flow and any wall: finite, and positive definite on what is rough.
-TEST(VelocityLines, StayPositive) {
-  linalg::initialize_petsc();
-  Scene scene(Comm(MPI_COMM_WORLD), scenes[0]);
+// Any flow, any wall and any cells: finite, and positive definite on what is rough.
+template <class Lines>
+void expect_positive(const Option& option) {
+  Scene scene(Comm(MPI_COMM_WORLD), option);
   fsi::VelocityWeight weight(scene.field);
-  fsi::VelocityLines lines(scene.field);
+  Lines lines(scene.field);
   weight.renew();
   lines.renew(weight);
   for (const double value : lines.diagonal()) EXPECT_TRUE(std::isfinite(value) && value >= 0.0);
@@ -243,6 +277,59 @@ TEST(VelocityLines, StayPositive) {
   double product = 0.0;
   for (std::size_t k = 0; k < size; ++k) product += r[k] * x[k];
   EXPECT_GT(scene.mesh.comm.sum(product), 0.0);
+}
+TEST(VelocityLines, StayPositive) {
+  linalg::initialize_petsc();
+  expect_positive<fsi::BoxLines>(scenes[0]);
+  expect_positive<fsi::MeshLines>(scenes[0]);
+  expect_positive<fsi::MeshLines>(scenes[1]);
+}
+
+// A rough flow between warped cells: lines of all lengths, each owned node on one of them, edges between neighbors.
+TEST(MeshLines, HoldEveryNodeOnceAlongEdges) {
+  linalg::initialize_petsc();
+  Scene scene(Comm(MPI_COMM_WORLD), scenes[1]);
+  fsi::VelocityWeight weight(scene.field);
+  fsi::MeshLines lines(scene.field);
+  weight.renew();
+  lines.renew(weight);
+  std::set<std::pair<Index, Index>> edges;
+  for (std::size_t c = 0; c < static_cast<std::size_t>(scene.mesh.local_cells()); ++c)
+    for (const auto& direction : fsi::line_edges)
+      for (const auto& ends : direction) {
+        const Index a = scene.mesh.cells[8 * c + ends[0]], b = scene.mesh.cells[8 * c + ends[1]];
+        edges.insert({a, b});
+        edges.insert({b, a});
+      }
+  std::vector<int> times(scene.mesh.owned_nodes, 0);
+  std::size_t longest = 0, before = times.size();
+  for (const std::vector<Index>& line : lines.lines()) {
+    EXPECT_LE(line.size(), before);
+    before = line.size();
+    longest = std::max(longest, line.size());
+    for (std::size_t t = 0; t < line.size(); ++t) {
+      ++times[line[t]];
+      if (t > 0) {
+        EXPECT_EQ(edges.count({line[t - 1], line[t]}), 1u);
+      }
+    }
+  }
+  for (const int count : times) EXPECT_EQ(count, 1);
+  EXPECT_GE(scene.mesh.comm.max(static_cast<double>(longest)), 3.0);
+}
+
+// The lines of a flow that has not turned stay what they are, and the same flow gives the same ones.
+TEST(MeshLines, ChangeWithTheFlowOnly) {
+  linalg::initialize_petsc();
+  Channel<fsi::MeshLines> channel(1, Vec3(0.1, 2.0, -0.2));
+  const int version = channel.lines.version();
+  const std::vector<std::vector<Index>> first = channel.lines.lines();
+  for (int k = 0; k < 20; ++k) channel.lines.renew(channel.weight);
+  EXPECT_EQ(channel.lines.version(), version);
+  EXPECT_EQ(channel.lines.lines(), first);
+  // What is given by ends of lines on a box: whole rows of nodes along y.
+  for (const std::vector<Index>& line : first)
+    for (std::size_t t = 0; t < line.size(); ++t) EXPECT_EQ(channel.place(line[t], 1), static_cast<Index>(t));
 }
 
 }  // namespace

@@ -231,7 +231,7 @@ TEST(MultiplierBlocks, AreThreeStepsOfTheLumpedIteration) {
     factor.precondition(x.data());
     EXPECT_LT(fibers.relative(x, d.solve(b)), 1e-12) << scattered;
     // The same T by sparse factors.
-    ASSERT_TRUE(factor.factorize(fibers.m, fibers.blocks, true));
+    ASSERT_TRUE(factor.factorize(fibers.m, fibers.blocks, MultiplierFactor::Use::exact));
     x.assign(b.data(), b.data() + b.size());
     factor.solve(x.data());
     const std::vector<double> solution = x;
