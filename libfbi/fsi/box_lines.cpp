@@ -120,25 +120,19 @@ void BoxLines::renew(const VelocityWeight& weight) {
   for_bundles([this](const Bundle& bundle, auto lanes) { factorize<decltype(lanes)::value>(bundle); });
 }
 
-/// Pivots of a few lines, from rows_; their couplings are left out where the velocity is given.
+/// Pivots of a few lines, from rows_.
 template <std::size_t Lanes>
 void BoxLines::factorize(const Bundle& bundle) {
-  float ratio[Lanes] = {};
-  bool free_before[Lanes] = {}, free[Lanes];
-  for (std::size_t l = 0; l < Lanes; ++l) free[l] = !is_given(fluid_, bundle.node(0, l));
+  LineElimination lines[Lanes];
+  for (std::size_t l = 0; l < Lanes; ++l) lines[l] = LineElimination(!is_given(fluid_, bundle.node(0, l)));
   for (std::size_t t = 0; t < bundle.count; ++t)
     for (std::size_t l = 0; l < Lanes; ++l) {
       const std::size_t a = bundle.node(t, l);
       const bool free_after = t + 1 < bundle.count && !is_given(fluid_, a + bundle.step);
-      const float* row = &rows_[4 * a];
-      const float low = free[l] && free_before[l] ? row[0] : 0.0f, high = free[l] && free_after ? row[1] : 0.0f;
-      const float inverse = 1.0f / std::max(row[2] - low * ratio[l], LineTerms::least_pivot * row[3]);
-      ratio[l] = high * inverse;
-      low_[a] = low;
-      inverse_[a] = inverse;
-      high_[a] = ratio[l];
-      free_before[l] = free[l];
-      free[l] = free_after;
+      const LinePivot pivot = lines[l].next(&rows_[4 * a], free_after);
+      low_[a] = pivot.low;
+      inverse_[a] = pivot.inverse;
+      high_[a] = pivot.high;
     }
 }
 
@@ -155,11 +149,7 @@ std::vector<double> BoxLines::diagonal() {
       }
   });
   halo_.update_ghosts(rows_.data());
-  const std::vector<char>& dirichlet = fluid_.is_dirichlet();
-  std::vector<double> diagonal(3 * static_cast<std::size_t>(fluid_.mesh().local_nodes()));
-  for (std::size_t a = 0; a < diagonal.size() / 3; ++a)
-    for (int i = 0; i < 3; ++i) diagonal[3 * a + i] = dirichlet[4 * a + i] != 0 ? 0.0 : rows_[4 * a];
-  return diagonal;
+  return diagonal_of(fluid_, rows_);
 }
 
 template <std::size_t Lanes>

@@ -8,7 +8,6 @@
 
 #include "base/counters.hpp"
 #include "base/timer.hpp"
-#include "fem/hex8.hpp"
 
 namespace fbi::fsi {
 
@@ -22,9 +21,7 @@ MeshLines::MeshLines(const fluid::FluidField& fluid) : fluid_(fluid), halo_(flui
   const mesh::HexMesh& mesh = fluid_.mesh();
   shape_.resize(mesh.local_cells());
   for (std::size_t c = 0; c < shape_.size(); ++c) {
-    Eigen::Matrix<double, 3, 8> corners;
-    for (int a = 0; a < 8; ++a) corners.col(a) = Eigen::Map<const Vec3>(mesh.node(mesh.cells[8 * c + a]));
-    const Mat3 edges = 2.0 * corners * fem::hex8_gradient(Vec3::Zero());  // edge vectors of the cell's middle
+    const Mat3 edges = middle_edges(mesh, static_cast<Index>(c));
     const double volume = std::abs(edges.determinant());
     shape_[c].gradient = edges.inverse().cast<float>();
     shape_[c].squares = shape_[c].gradient.rowwise().squaredNorm().array();
@@ -262,27 +259,21 @@ void MeshLines::for_places_backwards(const Bundle& bundle, const Act& act) {
   pass(std::integral_constant<int, 4>{});
 }
 
-/// Pivots, from rows_; couplings are left out where the velocity is given.
+/// Pivots, from rows_.
 void MeshLines::factorize() {
   low_.resize(slots_.size());
   inverse_.resize(slots_.size());
   high_.resize(slots_.size());
   for (const Bundle& bundle : bundles_)
     for (int l = 0; l < bundle.lanes; ++l) {
-      float ratio = 0.0f;
-      bool free_before = false, free = !is_given(fluid_, slots_[bundle.first + l]);
+      LineElimination line(!is_given(fluid_, slots_[bundle.first + l]));
       for (Index t = 0; t < bundle.count[l]; ++t) {
         const std::size_t s = bundle.first + most_lanes * static_cast<std::size_t>(t) + l;
         const bool free_after = t + 1 < bundle.count[l] && !is_given(fluid_, slots_[s + most_lanes]);
-        const float* row = &rows_[4 * static_cast<std::size_t>(slots_[s])];
-        const float low = free && free_before ? row[0] : 0.0f, high = free && free_after ? row[1] : 0.0f;
-        const float inverse = 1.0f / std::max(row[2] - low * ratio, LineTerms::least_pivot * row[3]);
-        ratio = high * inverse;
-        low_[s] = low;
-        inverse_[s] = inverse;
-        high_[s] = ratio;
-        free_before = free;
-        free = free_after;
+        const LinePivot pivot = line.next(&rows_[4 * static_cast<std::size_t>(slots_[s])], free_after);
+        low_[s] = pivot.low;
+        inverse_[s] = pivot.inverse;
+        high_[s] = pivot.high;
       }
     }
 }
@@ -300,11 +291,7 @@ std::vector<double> MeshLines::diagonal() {
       }
     }
   halo_.update_ghosts(rows_.data());
-  const std::vector<char>& dirichlet = fluid_.is_dirichlet();
-  std::vector<double> diagonal(3 * static_cast<std::size_t>(fluid_.mesh().local_nodes()));
-  for (std::size_t a = 0; a < diagonal.size() / 3; ++a)
-    for (int i = 0; i < 3; ++i) diagonal[3 * a + i] = dirichlet[4 * a + i] != 0 ? 0.0 : rows_[4 * a];
-  return diagonal;
+  return diagonal_of(fluid_, rows_);
 }
 
 void MeshLines::apply(const float* r, float* x, const std::vector<char>* only) const {

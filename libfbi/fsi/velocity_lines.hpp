@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -103,5 +104,34 @@ inline bool is_given(const fluid::FluidField& fluid, std::size_t node) {
   const char* dirichlet = &fluid.is_dirichlet()[4 * node];
   return dirichlet[0] != 0 && dirichlet[1] != 0 && dirichlet[2] != 0;
 }
+
+/// What solves need of a node: coupling to the node before, 1/pivot, coupling to the one after over the pivot.
+struct LinePivot {
+  float low, inverse, high;
+};
+
+/// Elimination along one line, node by node; couplings are left out where the velocity is given.
+class LineElimination {
+ public:
+  /// For a line whose first node is free, or not.
+  explicit LineElimination(bool free = false) : free_(free) {}
+  /// @param row         of L at the next node: coupling before, after, diagonal, the same without convection
+  /// @param free_after  there is a node behind it, and it is free
+  LinePivot next(const float* row, bool free_after) {
+    const float low = free_ && free_before_ ? row[0] : 0.0f, high = free_ && free_after ? row[1] : 0.0f;
+    const float inverse = 1.0f / std::max(row[2] - low * ratio_, LineTerms::least_pivot * row[3]);
+    ratio_ = high * inverse;
+    free_before_ = free_;
+    free_ = free_after;
+    return {low, inverse, ratio_};
+  }
+
+ private:
+  float ratio_ = 0.0f;
+  bool free_before_ = false, free_;
+};
+
+/// The first of the four numbers of a node for each velocity, 0 where it is given, shape=(local nodes,3).
+std::vector<double> diagonal_of(const fluid::FluidField& fluid, const std::vector<float>& nodal);
 
 }  // namespace fbi::fsi

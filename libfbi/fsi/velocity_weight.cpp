@@ -16,16 +16,20 @@ using linalg::GhostedForm;
 using linalg::Read;
 using linalg::Write;
 
+Mat3 middle_edges(const mesh::HexMesh& mesh, Index cell) {
+  Eigen::Matrix<double, 3, 8> corners;
+  for (int a = 0; a < 8; ++a)
+    corners.col(a) = Eigen::Map<const Vec3>(mesh.node(mesh.cells[8 * static_cast<std::size_t>(cell) + a]));
+  return 2.0 * corners * fem::hex8_gradient(Vec3::Zero());
+}
+
 VelocityWeight::VelocityWeight(fluid::FluidField& fluid) : fluid_(fluid), work_(fluid.create_vector()) {
   const mesh::HexMesh& mesh = fluid_.mesh();
   for (Index c = 0; c < mesh.local_cells(); ++c) {
-    Eigen::Matrix<double, 3, 8> corners;
-    for (int a = 0; a < 8; ++a)
-      corners.col(a) = Eigen::Map<const Vec3>(mesh.node(mesh.cells[8 * static_cast<std::size_t>(c) + a]));
-    const Mat3 jacobian = 2.0 * corners * fem::hex8_gradient(Vec3::Zero());  // edge vectors of the cell's middle
-    const double volume = std::abs(jacobian.determinant());
+    const Mat3 edges = middle_edges(mesh, c);
+    const double volume = std::abs(edges.determinant());
     double inverse_squares = 0.0;
-    for (int i = 0; i < 3; ++i) inverse_squares += 1.0 / jacobian.col(i).squaredNorm();
+    for (int i = 0; i < 3; ++i) inverse_squares += 1.0 / edges.col(i).squaredNorm();
     cell_size_.push_back(std::cbrt(volume));
     cell_diffusion_.push_back(volume / 9.0 * inverse_squares);  // int |grad N_a|^2, exact on boxes
   }

@@ -7,6 +7,9 @@
 
 namespace fbi::fsi {
 
+/// Edge vectors in the middle of a cell, one a column [length].
+Mat3 middle_edges(const mesh::HexMesh& mesh, Index cell);
+
 /// The flow in a cell.
 struct CellFlow {
   Vec3 velocity = Vec3::Zero();  ///< mean of the corners
