@@ -19,7 +19,8 @@ constexpr std::size_t most_lanes = 4;  // lines side by side: each waits for its
 /// A few lines next to each other.
 struct BoxLines::Bundle {
   std::size_t first, count, step, side;
-  std::size_t line;  // number of the first one
+  std::size_t line;      // number of the first one
+  std::size_t place[2];  // of the first one in the two directions across
   /// A neighbor across: steps to it, and the area of a line's nodes over its own; 0 and 1 where there is none.
   struct Neighbor {
     std::size_t before, after;
@@ -39,9 +40,7 @@ BoxLines::BoxLines(const fluid::FluidField& fluid) : fluid_(fluid), halo_(fluid.
   const linalg::IndexBlock block = linalg::owned_range(mesh);
   for (int d = 0; d < 3; ++d) n_[d] = static_cast<std::size_t>(block.extent(d));
   stride_ = {1, n_[0], n_[0] * n_[1]};
-  low_.resize(mesh.owned_nodes);
-  inverse_.resize(mesh.owned_nodes);
-  high_.resize(mesh.owned_nodes);
+  pivots_.resize(mesh.owned_nodes);
   shape_.resize(mesh.local_cells());
   for (std::size_t c = 0; c < shape_.size(); ++c) {
     const Index* nodes = &mesh.cells[8 * c];
@@ -73,6 +72,8 @@ void BoxLines::for_bundles(const Act& act) const {
       const std::size_t width = i + most_lanes <= n_[along] ? most_lanes : 1;
       bundle.first = i * stride_[along] + j * stride_[other];
       bundle.line = i + j * n_[along];
+      bundle.place[0] = i;
+      bundle.place[1] = j;
       for (std::size_t l = 0; l < width; ++l) {
         bundle.along[l] = neighbor(bundle.node(0, l), i + l, n_[along], bundle.side);
         bundle.across[l] = neighbor(bundle.node(0, l), j, n_[other], stride_[other]);
@@ -101,38 +102,71 @@ void BoxLines::renew(const VelocityWeight& weight) {
   mesh.comm.sum(streamline, 3);
   axis_ = static_cast<int>(std::max_element(streamline, streamline + 3) - streamline);
 
-  rows_.assign(4 * static_cast<std::size_t>(mesh.local_nodes()), 0.0f);
+  set_sides(terms);
+
+  const std::size_t local = static_cast<std::size_t>(mesh.local_nodes());
+  rows_.assign(4 * local, 0.0f);
+  grad_div_.assign(4 * local, 0.0f);
+  const auto add = [](const NodeVector<float>& amount, float* to) { store_node<float>(load_node(to) + amount, to); };
   for (std::size_t c = 0; c < shape_.size(); ++c) {
     const Index* nodes = &mesh.cells[8 * c];
     const CellShape& shape = shape_[c];
     const LineCell cell = {flow[c].velocity.cast<float>().array() * shape.inverse_edge, shape.inverse_edge.square(),
                            shape.inverse_size, tau_[c]};
     const EdgeRows rows = terms.rows(cell, flow[c], axis_);
-    const float volume = shape_[c].volume;
+    const NodeVector<float> first = shape.volume * rows.first, second = shape.volume * rows.second;
+    const float diffusion = shape.volume * rows.grad_div;
+    const float share = 0.125f * shape.volume * static_cast<float>(flow[c].grad_div);
     for (const auto& ends : line_edges[axis_]) {
-      float* first = &rows_[4 * static_cast<std::size_t>(nodes[ends[0]])];
-      float* second = &rows_[4 * static_cast<std::size_t>(nodes[ends[1]])];
-      store_node<float>(load_node(first) + volume * rows.first, first);
-      store_node<float>(load_node(second) + volume * rows.second, second);
+      const std::size_t a = 4 * static_cast<std::size_t>(nodes[ends[0]]);
+      const std::size_t b = 4 * static_cast<std::size_t>(nodes[ends[1]]);
+      add(first, &rows_[a]);
+      add(second, &rows_[b]);
+      add(NodeVector<float>{0.0f, diffusion, share, 0.0f}, &grad_div_[a]);
+      add(NodeVector<float>{diffusion, 0.0f, share, 0.0f}, &grad_div_[b]);
     }
   }
   halo_.add_ghosts(rows_.data());
-  for_bundles([this](const Bundle& bundle, auto lanes) { factorize<decltype(lanes)::value>(bundle); });
+  halo_.add_ghosts(grad_div_.data());
+  for_bundles([&](const Bundle& bundle, auto lanes) { factorize<decltype(lanes)::value>(bundle, terms); });
 }
 
-/// Pivots of a few lines, from rows_.
+void BoxLines::set_sides(const LineTerms& terms) {
+  const mesh::HexMesh& mesh = fluid_.mesh();
+  int side = 0;
+  for (int d = 0; d < 3; ++d) {
+    if (d == axis_) continue;
+    std::vector<float>&square = side_square_[side], &across = side_across_[side];
+    square.assign(n_[d], 0.0f);
+    for (std::size_t i = 0; n_[d] > 1 && i < n_[d]; ++i) {
+      const std::size_t before = i > 0 ? i - 1 : 0, after = std::min(i + 1, n_[d] - 1);
+      const double length =
+          mesh.node(static_cast<Index>(after * stride_[d]))[d] - mesh.node(static_cast<Index>(before * stride_[d]))[d];
+      square[i] = static_cast<float>(std::pow(static_cast<double>(after - before) / length, 2));
+    }
+    across.resize(n_[d]);
+    for (std::size_t i = 0; i < n_[d]; ++i) across[i] = terms.across(terms.viscosity() * square[i], 0.0f);
+    ++side;
+  }
+}
+
+/// Pivots of a few lines, from rows_ and grad_div_.
 template <std::size_t Lanes>
-void BoxLines::factorize(const Bundle& bundle) {
+void BoxLines::factorize(const Bundle& bundle, const LineTerms& terms) {
+  const std::vector<double>& volume = fluid_.lumped_volume();
   LineElimination lines[Lanes];
   for (std::size_t l = 0; l < Lanes; ++l) lines[l] = LineElimination(!is_given(fluid_, bundle.node(0, l)));
   for (std::size_t t = 0; t < bundle.count; ++t)
     for (std::size_t l = 0; l < Lanes; ++l) {
       const std::size_t a = bundle.node(t, l);
       const bool free_after = t + 1 < bundle.count && !is_given(fluid_, a + bundle.step);
-      const LinePivot pivot = lines[l].next(&rows_[4 * a], free_after);
-      low_[a] = pivot.low;
-      inverse_[a] = pivot.inverse;
-      high_[a] = pivot.high;
+      LinePivot& pivot = pivots_[a];
+      pivot = lines[l].next(&rows_[4 * a], &grad_div_[4 * a], free_after);
+      const float tau = grad_div_[4 * a + 2] / static_cast<float>(volume[a]);
+      for (int i = 0; i < 2; ++i) {
+        const float square = side_square_[i][bundle.place[i] + (i == 0 ? l : 0)];
+        pivot.across[i] = terms.across(terms.viscosity() * square, tau * square);
+      }
     }
 }
 
@@ -143,9 +177,9 @@ std::vector<double> BoxLines::diagonal() {
     for (std::size_t t = bundle.count; t-- > 0;)
       for (std::size_t l = 0; l < lanes; ++l) {
         const std::size_t a = bundle.node(t, l);
-        const float low_after = t + 1 < bundle.count ? low_[a + bundle.step] : 0.0f;
-        next[l] = inverse_[a] * (1.0f + high_[a] * low_after * next[l]);
-        rows_[4 * a] = (1.0f + LineTerms::half_mass) * next[l];
+        const float low_after = t + 1 < bundle.count ? pivots_[a + bundle.step].low[0] : 0.0f;
+        next[l] = pivots_[a].inverse[0] * (1.0f + pivots_[a].high[0] * low_after * next[l]);
+        rows_[4 * a] = (1.0f + side_across_[0][bundle.place[0] + l]) * next[l];
       }
   });
   halo_.update_ghosts(rows_.data());
@@ -155,17 +189,33 @@ std::vector<double> BoxLines::diagonal() {
 template <std::size_t Lanes>
 void BoxLines::solve(const Bundle& bundle, const float* r, float* x) const {
   using Node = NodeVector<float>;
+  using Pick = NodeVector<std::int32_t>;
+  // Which numbers of a pivot belong to which velocity.
+  Pick first = {0, 0, 0, 0}, own[2] = {{4, 4, 4, 4}, {4, 4, 4, 4}};
+  first[axis_] = 1;
+  own[0][axis_ == 0 ? 1 : 0] = 2;
+  own[1][axis_ == 2 ? 1 : 2] = 3;
+  const Pick second = first + 2;
+  Node across[2][Lanes];
+  for (std::size_t l = 0; l < Lanes; ++l) {
+    across[0][l] = Node{} + side_across_[0][bundle.place[0] + l];
+    across[1][l] = Node{} + side_across_[1][bundle.place[1]];
+  }
   Node previous[Lanes] = {};
   for (std::size_t t = 0; t < bundle.count; ++t)
     for (std::size_t l = 0; l < Lanes; ++l) {
       const std::size_t a = bundle.node(t, l);
-      const Node here = load_node(r + 4 * a);
+      const Node here = load_node(r + 4 * a), twice = here + here;
       const Bundle::Neighbor &p = bundle.along[l], &q = bundle.across[l];
-      const Node others =
-          p.before_area * load_node(r + 4 * (a - p.before)) + p.after_area * load_node(r + 4 * (a + p.after)) +
-          q.before_area * load_node(r + 4 * (a - q.before)) + q.after_area * load_node(r + 4 * (a + q.after));
-      const Node right = here + 0.5f * LineTerms::half_mass * (4.0f * here - others);
-      previous[l] = inverse_[a] * (right - low_[a] * previous[l]);
+      const Node along_p =
+          twice - p.before_area * load_node(r + 4 * (a - p.before)) - p.after_area * load_node(r + 4 * (a + p.after));
+      const Node along_q =
+          twice - q.before_area * load_node(r + 4 * (a - q.before)) - q.after_area * load_node(r + 4 * (a + q.after));
+      const Node high = pivots_[a].high_and_across(), low = pivots_[a].low_and_inverse();
+      const Node b_p = __builtin_shuffle(high, across[0][l], own[0]),
+                 b_q = __builtin_shuffle(high, across[1][l], own[1]);
+      const Node right = here + 0.5f * (b_p * along_p + b_q * along_q);
+      previous[l] = __builtin_shuffle(low, second) * (right - __builtin_shuffle(low, first) * previous[l]);
       store_node(three_and_one<float>(previous[l], load_node(x + 4 * a)), x + 4 * a);
     }
   for (Node& value : previous) value = Node{};
@@ -173,7 +223,7 @@ void BoxLines::solve(const Bundle& bundle, const float* r, float* x) const {
     for (std::size_t l = 0; l < Lanes; ++l) {
       const std::size_t a = bundle.node(t, l);
       const Node here = load_node(x + 4 * a);
-      previous[l] = here - high_[a] * previous[l];
+      previous[l] = here - __builtin_shuffle(pivots_[a].high_and_across(), first) * previous[l];
       store_node(three_and_one<float>(previous[l], here), x + 4 * a);
     }
 }
@@ -206,8 +256,11 @@ std::vector<char> BoxLines::reached(const std::vector<Index>& nodes) const {
 std::vector<char> BoxLines::nodes_of(const std::vector<char>& lines) const {
   const int along = axis_ == 0 ? 1 : 0, other = axis_ == 2 ? 1 : 2;
   std::vector<char> nodes(n_[0] * n_[1] * n_[2]);
-  for (std::size_t a = 0; a < nodes.size(); ++a)
-    nodes[a] = lines[a / stride_[along] % n_[along] + a / stride_[other] % n_[other] * n_[along]];
+  std::size_t a = 0;
+  std::array<std::size_t, 3> place;
+  for (place[2] = 0; place[2] < n_[2]; ++place[2])
+    for (place[1] = 0; place[1] < n_[1]; ++place[1])
+      for (place[0] = 0; place[0] < n_[0]; ++place[0]) nodes[a++] = lines[place[along] + place[other] * n_[along]];
   return nodes;
 }
 

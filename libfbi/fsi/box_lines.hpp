@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "fluid/halo.hpp"
@@ -36,7 +37,8 @@ class BoxLines : public VelocityLines {
   template <class Act>
   void for_bundles(const Act& act) const;
   template <std::size_t Lanes>
-  void factorize(const Bundle& bundle);
+  void factorize(const Bundle& bundle, const LineTerms& terms);
+  void set_sides(const LineTerms& terms);
   template <std::size_t Lanes>
   void solve(const Bundle& bundle, const float* r, float* x) const;
 
@@ -47,11 +49,14 @@ class BoxLines : public VelocityLines {
   /// After renew(): couplings of each node to those before and after, diagonal, the same without convection,
   /// shape=(local nodes,4).
   std::vector<float> rows_;
+  /// Diffusion by grad-div of the velocity along the line, to the nodes before and after, and tau_C times the volume of
+  /// the node, shape=(local nodes,4).
+  std::vector<float> grad_div_;
   std::array<std::size_t, 3> n_{}, stride_{};  // owned nodes along each direction, steps between them
   int axis_ = 0;
-  std::vector<float> low_;      // coupling to the node before, shape=(owned nodes)
-  std::vector<float> inverse_;  // 1/pivot
-  std::vector<float> high_;     // coupling to the node after, over the pivot
+  /// Of lines next to each other: 1/h^2 of the edges to its neighbors, and B of velocities along those, shape=(2,...).
+  std::array<std::vector<float>, 2> side_square_, side_across_;
+  std::vector<LinePivot> pivots_;  // shape=(owned nodes)
 };
 
 }  // namespace fbi::fsi

@@ -334,7 +334,7 @@ bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed, 
   // than M does in a few. With lines it preconditions an iteration with the present M, and may lag behind M as well.
   const bool follows = geometry_changed && !(uses_lines() && coupling_->has_fixed_rows());
   const bool tired =
-      age_.lost_steps > most_lost_steps || (!age_.exact && age_.effort > tired_effort * age_.fresh_effort);
+      !age_.exact && (age_.lost_steps > most_lost_steps || age_.effort > tired_effort * age_.fresh_effort);
   const bool renew = follows || tired || anew || factor_of_lines_ != uses_lines() || age_.rows != coupling_->rows() ||
                      std::abs(age_.sigma - fluid_.sigma()) > other_sigma * fluid_.sigma();
   age_.exact = age_.exact && !interface_changed && !geometry_changed;

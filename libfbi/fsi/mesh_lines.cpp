@@ -13,7 +13,8 @@ namespace fbi::fsi {
 
 namespace {
 
-constexpr int most_renewals = 16;  // with the same lines: flows turn slowly
+constexpr int most_renewals = 16;     // with the same lines: flows turn slowly
+constexpr float mean_across = 0.25f;  // B
 
 }  // namespace
 
@@ -212,7 +213,10 @@ void MeshLines::renew(const VelocityWeight& weight) {
   rows_.assign(4 * static_cast<std::size_t>(mesh.local_nodes()), 0.0f);
   const auto turned = [](const NodeVector<float>& row) { return NodeVector<float>{row[1], row[0], row[2], row[3]}; };
   for (std::size_t c = 0; c < shape_.size(); ++c) {
-    const EdgeRows rows = terms.rows(cell_of(static_cast<Index>(c), flow[c]), flow[c], direction_[c]);
+    EdgeRows rows = terms.rows(cell_of(static_cast<Index>(c), flow[c]), flow[c], direction_[c]);
+    const NodeVector<float> grad_div = {0.0f, 0.0f, rows.mean_grad_div, rows.mean_grad_div};
+    rows.first += grad_div;
+    rows.second += grad_div;
     const NodeVector<float> lump = {0.0f, 0.0f, rows.lump, rows.lump};
     const auto add = [&](Index node, const NodeVector<float>& row) {
       float* to = &rows_[4 * static_cast<std::size_t>(node)];
@@ -264,16 +268,17 @@ void MeshLines::factorize() {
   low_.resize(slots_.size());
   inverse_.resize(slots_.size());
   high_.resize(slots_.size());
+  constexpr float nothing[2] = {};
   for (const Bundle& bundle : bundles_)
     for (int l = 0; l < bundle.lanes; ++l) {
       LineElimination line(!is_given(fluid_, slots_[bundle.first + l]));
       for (Index t = 0; t < bundle.count[l]; ++t) {
         const std::size_t s = bundle.first + most_lanes * static_cast<std::size_t>(t) + l;
         const bool free_after = t + 1 < bundle.count[l] && !is_given(fluid_, slots_[s + most_lanes]);
-        const LinePivot pivot = line.next(&rows_[4 * static_cast<std::size_t>(slots_[s])], free_after);
-        low_[s] = pivot.low;
-        inverse_[s] = pivot.inverse;
-        high_[s] = pivot.high;
+        const LinePivot pivot = line.next(&rows_[4 * static_cast<std::size_t>(slots_[s])], nothing, free_after);
+        low_[s] = pivot.low[0];
+        inverse_[s] = pivot.inverse[0];
+        high_[s] = pivot.high[0];
       }
     }
 }
@@ -287,7 +292,7 @@ std::vector<double> MeshLines::diagonal() {
         const std::size_t s = bundle.first + most_lanes * static_cast<std::size_t>(t) + l;
         const float low_after = t + 1 < bundle.count[l] ? low_[s + most_lanes] : 0.0f;
         next = inverse_[s] * (1.0f + high_[s] * low_after * next);
-        rows_[4 * static_cast<std::size_t>(slots_[s])] = (1.0f + LineTerms::half_mass) * next;
+        rows_[4 * static_cast<std::size_t>(slots_[s])] = (1.0f + mean_across) * next;
       }
     }
   halo_.update_ghosts(rows_.data());
@@ -309,7 +314,7 @@ void MeshLines::apply(const float* r, float* x, const std::vector<char>* only) c
         Node across = {};
         for (Index k = neighbor_begin_[s]; k < neighbor_begin_[s + 1]; ++k)
           across += here - neighbor_area_[k] * load_node(r + 4 * static_cast<std::size_t>(neighbor_[k]));
-        const Node right = here + 0.5f * LineTerms::half_mass * across;
+        const Node right = here + 0.5f * mean_across * across;
         previous[l] = inverse_[s] * (right - low_[s] * previous[l]);
         store_node(three_and_one<float>(previous[l], load_node(x + 4 * a)), x + 4 * a);
       }

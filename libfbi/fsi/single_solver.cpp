@@ -13,8 +13,8 @@ namespace {
 
 constexpr double enough_of_it = 0.1;     // residual of the momentum rows that ends sweeps, relative
 constexpr float convection_part = 0.5f;  // of C in the pressure: it does not quite commute with the gradient
-constexpr int most_directions = 6;
-constexpr double enough_of_rows = 0.06;  // residual of the multipliers' rows that ends their iteration, relative
+constexpr int most_directions = 8;
+constexpr double enough_of_rows = 0.02;  // residual of the multipliers' rows that ends their iteration, relative
 constexpr double no_news = 1e-10;        // squared part of a product that earlier ones do not have, below: round-off
 constexpr std::size_t strip = 16;        // numbers of four nodes
 constexpr std::size_t chunk = 4096;
@@ -95,14 +95,19 @@ void SingleSolver::prepare(const SinglePreconditioner& preconditioner) {
   if (reached == reached_ && reached_version_ == parts_.lines->version()) return;
   reached_ = std::move(reached);
   reached_version_ = parts_.lines->version();
-  for (Direction& direction : directions_) std::fill(direction.velocity.begin(), direction.velocity.end(), 0.0f);
   find_reached();
 }
 
-/// Nodes of the lines that forces reach, with all ghosts, and the given velocities there.
+/// Nodes of the lines that forces reach, with all ghosts, and the given velocities there; elsewhere directions are
+/// zero.
 void SingleSolver::find_reached() {
   std::vector<char> node = parts_.lines->nodes_of(reached_);
   node.resize(nodes_, 1);
+  for (const auto& [begin, end] : reached_nodes_)
+    for (std::size_t a = begin; a < end; ++a)
+      if (node[a] == 0)
+        for (Direction& direction : directions_)
+          if (!direction.velocity.empty()) store_node(NodeVector<float>{}, &direction.velocity[4 * a]);
   reached_nodes_.clear();
   for (std::size_t a = 0; a < nodes_; ++a) {
     if (node[a] == 0) continue;

@@ -46,8 +46,9 @@ bool VelocityWeight::renew() {
   const double sigma = fluid_.sigma(), density = parameters.density, viscosity = parameters.viscosity;
   const bool convective = parameters.convective_form != fluid::ConvectiveForm::none;
   const std::vector<double>& tau = fluid_.tau_m();
-  diagonal_.assign(mesh.local_nodes(), 0.0);
+  share_.resize(cell_size_.size());
   values_.clear();
+  strength_ = 0.0;
   flow_.resize(cell_size_.size());
   {
     GhostedForm form(fluid_.iterate());
@@ -79,15 +80,10 @@ bool VelocityWeight::renew() {
                       : parameters.grad_div                         ? 0.5 * density * speed * h
                                                                     : 0.0;
       const double diffusion = (viscosity + (streamline + flow.grad_div) / 3.0) * cell_diffusion_[c];
-      const double share = diffusion + 0.125 * reaction * h * h * h;
-      for (int a = 0; a < 8; ++a) diagonal_[nodes[a]] += share;
+      share_[c] = diffusion + 0.125 * reaction * h * h * h;
+      strength_ = std::max(strength_, share_[c] / (0.125 * density * sigma * h * h * h));
     }
   }
-  complete_ghosts(diagonal_);
-  const std::vector<double>& volume = fluid_.lumped_volume();
-  strength_ = 0.0;
-  for (Index a = 0; a < mesh.owned_nodes; ++a)
-    strength_ = std::max(strength_, diagonal_[a] / (density * sigma * volume[a]));
   strength_ = mesh.comm.max(strength_);
   return true;
 }
@@ -97,9 +93,14 @@ const std::vector<double>& VelocityWeight::values() {
   const double inertia = fluid_.parameters().density * sigma_;
   const std::vector<double>& volume = fluid_.lumped_volume();
   const std::vector<char>& dirichlet = fluid_.is_dirichlet();
-  values_.resize(3 * diagonal_.size());
-  for (std::size_t a = 0; a < diagonal_.size(); ++a) {
-    const double inverse = 1.0 / (inertia * volume[a] + diagonal_[a]);
+  const mesh::HexMesh& mesh = fluid_.mesh();
+  std::vector<double> diagonal(mesh.local_nodes(), 0.0);
+  for (std::size_t c = 0; c < share_.size(); ++c)
+    for (std::size_t k = 8 * c; k < 8 * c + 8; ++k) diagonal[mesh.cells[k]] += share_[c];
+  complete_ghosts(diagonal);
+  values_.resize(3 * diagonal.size());
+  for (std::size_t a = 0; a < diagonal.size(); ++a) {
+    const double inverse = 1.0 / (inertia * volume[a] + diagonal[a]);
     for (int i = 0; i < 3; ++i) values_[3 * a + i] = dirichlet[4 * a + i] != 0 ? 0.0 : inverse;
   }
   return values_;

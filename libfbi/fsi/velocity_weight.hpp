@@ -28,12 +28,13 @@ class VelocityWeight {
   bool renew();
   /// At the last renewal, shape=(local cells); at rest without convection.
   const std::vector<CellFlow>& flow() const { return flow_; }
-  /// W, zero where the velocity is given, shape=(local nodes,3).
+  /// W, zero where the velocity is given, shape=(local nodes,3); computed where it is asked for. Collective.
   const std::vector<double>& values();
   /// tau_C of the grad-div term, the mean of a node's cells weighted by volume [dynamic viscosity], shape=(local
   /// nodes). Collective.
   std::vector<double> grad_div();
-  /// Largest part of W^-1 that is not inertia, over inertia: some CFL + 4 mu dt/(rho h^2); the same on all ranks.
+  /// Largest share of a cell in W^-1 that is not inertia, over inertia: some CFL + 4 mu dt/(rho h^2); the same on all
+  /// ranks.
   double strength() const { return strength_; }
 
  private:
@@ -45,8 +46,8 @@ class VelocityWeight {
   std::vector<double> cell_size_;       // V^(1/3) [length], shape=(local cells)
   std::vector<double> cell_diffusion_;  // int |grad N_a|^2 [length], shape=(local cells)
   std::vector<CellFlow> flow_;
-  std::vector<double> diagonal_;  // of W^-1 without inertia, shape=(local nodes)
-  std::vector<double> values_;    // empty: not computed since the last renewal
+  std::vector<double> share_;   // of a node in a cell in W^-1, without inertia, shape=(local cells)
+  std::vector<double> values_;  // empty: not computed since the last renewal
   double strength_ = 0.0;
   double sigma_ = -1.0;  // that W was computed for
 };

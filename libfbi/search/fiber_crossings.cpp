@@ -69,9 +69,12 @@ bool is_near(const Bezier& a, const Bezier& b, double reach, double tolerance, i
   Aabb box = a.box();
   box.inflate(reach);
   if (!box.overlaps(b.box())) return false;
-  const double bend_a = a.bend(), bend_b = b.bend();
-  if ((bend_a <= tolerance && bend_b <= tolerance) || depth == most_halvings)
-    return segment_distance(a.at(0), a.at(3) - a.at(0), b.at(0), b.at(3) - b.at(0)) < reach;
+  const double bend_a = a.bend(), bend_b = b.bend(), bends = bend_a + bend_b;
+  const double distance = segment_distance(a.at(0), a.at(3) - a.at(0), b.at(0), b.at(3) - b.at(0));
+  // What bends cannot change.
+  if (distance >= reach + bends) return false;
+  if (distance < reach - bends) return true;
+  if ((bend_a <= tolerance && bend_b <= tolerance) || depth == most_halvings) return distance < reach;
   Bezier left, right;
   if (bend_a >= bend_b) {
     a.halve(left, right);

@@ -80,6 +80,17 @@ TEST(Skipped, MovingFibersNeedAllButNewFactors) {
   EXPECT_EQ(work["pressure setups"], 1);
 }
 
+// Fibers that are bent far over meet other cells: their blocks are made anew in time, and not in every step.
+TEST(Skipped, OldFactorsAreRenewed) {
+  Json json = scene(R"({ "time": { "step": 0.01, "end": 0.25 } })");
+  json["fibers"][0]["array"] = parse_json(R"({ "counts": [4, 1, 2], "spacing": [0.1, 0, 0.1] })");
+  json["fibers"][0]["material"]["young"] = 1e4;
+  const Work work(json);
+  EXPECT_EQ(work["searches"], 25);
+  EXPECT_GE(work["multiplier factorizations"], 2);
+  EXPECT_LT(work["multiplier factorizations"], 20);
+}
+
 /// Twelve fibers in a few cells: soft ones need no sparse factors, stiff ones under a large penalty and step do,
 /// without lines in the velocity block, and both get through.
 TEST(Skipped, SparseFactorsAreMadeWhereBlocksDoNotSuffice) {
