@@ -139,7 +139,7 @@ void InterfaceOperator::solve(double* b) const {
       }
     } else {
       Eigen::Map<Eigen::VectorXd> part(b + 3 * first, 3 * rows);
-      work.noalias() = inverses_[f].lazyProduct(part);  // small: a call for a general product takes as long again
+      work.noalias() = inverses_[f].lazyProduct(part);  // small: no call of a general product
       part = work;
     }
   }

@@ -128,7 +128,7 @@ struct alignas(32) LinePivot {
   float low[2] = {};      ///< coupling to the node before
   float inverse[2] = {};  ///< 1/pivot
   float high[2] = {};     ///< coupling to the node after, over the pivot
-  float across[2] = {};   ///< free to use
+  float across[2] = {};   ///< B of the velocity along the edges in the two directions across, of BoxLines
   NodeVector<float> low_and_inverse() const { return load_node(low); }
   NodeVector<float> high_and_across() const { return load_node(high); }
 };
