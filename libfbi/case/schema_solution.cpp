@@ -134,7 +134,7 @@ void describe_solver(Visitor& v, fsi::SolverParameters& p) {
   v.number(
       field("newton_tolerance",
             "residual relative to the first one of the step, but where this is looser than 1e-3 to no more than a "
-            "twentieth of (rho sigma V + mu h) |v|; fibers to 5e-3 at least; 0: 1.5e-2 for time steps of the fluid "
+            "twentieth of (rho sigma V + mu h) |v|; fibers to 5e-3 at least; 0: 2.2e-2 for time steps of the fluid "
             "alone or by the monolithic scheme, 1e-3 for these with bdf2 or theta < 0.6, 1e-6 for all others"),
       p.newton_tolerance, between(0.0, 1.0));
   v.number(field("newton_absolute_tolerance", "residual, root mean square of all unknowns"),
@@ -146,7 +146,7 @@ void describe_solver(Visitor& v, fsi::SolverParameters& p) {
       {{fsi::Precision::mixed, "mixed", "single precision, corrected by residuals in double precision"},
        {fsi::Precision::twofold, "double", "double precision"}});
   v.number(field("krylov_tolerance",
-                 "residual of a linear solve, relative; 0: 1e-2 where newton_tolerance is 0 and becomes 1.5e-2, 5e-4 "
+                 "residual of a linear solve, relative; 0: 1.1e-2 where newton_tolerance is 0 and becomes 2.2e-2, 5e-4 "
                  "where it becomes 1e-3, 1e-4 for all others"),
            p.krylov_tolerance, between(0.0, 1.0));
   v.integer(field("krylov_iterations", "most iterations of a linear solve; ten times as many with reference"),

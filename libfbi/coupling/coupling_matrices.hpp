@@ -19,6 +19,7 @@ namespace fbi::coupling {
 /// dr_0/dx of the reference curve in powers of x, by component: the measure of the integrals. Trivially copyable.
 struct Measure {
   double c[3][3];
+  double constant = -1.0;  ///< of a straight element, negative otherwise [length]
   /// |dr_0/dx| [length]
   double operator()(double x) const;
 };

@@ -123,24 +123,27 @@ void InterfaceOperator::apply_joined(const double* lambda, double* out) const {
   }
 }
 
+void InterfaceOperator::clear_inactive(double* b) const {
+  for (std::size_t p = 0; p < active_.size(); ++p)
+    if (!active_[p]) std::fill_n(b + 3 * p, 3, 0.0);
+}
+
 void InterfaceOperator::solve(double* b) const {
-  Eigen::VectorXd work;
+  std::vector<double> work;
   solve_joined(b);
+  clear_inactive(b);
   for (Index f = 0; f < fibers(); ++f) {
     if (is_joined(f)) continue;
     const Index first = first_row_[f], rows = first_row_[f + 1] - first;
-    for (Index p = 0; p < rows; ++p)
-      if (!active_[first + p])
-        for (int i = 0; i < 3; ++i) b[3 * (first + p) + i] = 0.0;
     if (blocks_[f].size() == 0) {
       for (Index p = first; p < first + rows; ++p) {
         Eigen::Map<Vec3> part(b + 3 * static_cast<std::size_t>(p));
         part = (Eigen::Map<const Law>(&inverse_[9 * static_cast<std::size_t>(p)]) * part).eval();
       }
     } else {
-      Eigen::Map<Eigen::VectorXd> part(b + 3 * first, 3 * rows);
-      work.noalias() = inverses_[f].lazyProduct(part);  // small: no call of a general product
-      part = work;
+      work.resize(3 * static_cast<std::size_t>(rows));
+      linalg::multiply_rows(3 * rows, inverses_[f].data(), b + 3 * first, work.data());
+      std::copy(work.begin(), work.end(), b + 3 * first);
     }
   }
 }
@@ -155,8 +158,7 @@ void InterfaceOperator::apply(const double* lambda, double* out) const {
         Eigen::Map<Vec3>(out + 3 * static_cast<std::size_t>(p)) =
             law(p) * Eigen::Map<const Vec3>(lambda + 3 * static_cast<std::size_t>(p));
     } else {
-      Eigen::Map<const Eigen::VectorXd> part(lambda + 3 * first, 3 * rows);
-      Eigen::Map<Eigen::VectorXd>(out + 3 * first, 3 * rows) = blocks_[f].lazyProduct(part);
+      linalg::multiply_rows(3 * rows, blocks_[f].data(), lambda + 3 * first, out + 3 * first);
     }
   }
 }

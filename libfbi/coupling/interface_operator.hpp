@@ -35,6 +35,8 @@ class InterfaceOperator {
   /// out = S lambda, shape=(rows,3).
   void apply(const double* lambda, double* out) const;
 
+  /// Rows that are switched off to zero, shape=(rows,3).
+  void clear_inactive(double* b) const;
   bool is_active(Index row) const { return active_[row] != 0; }
   /// out = S lambda of the interface law alone, shape=(rows,3).
   void apply_law(const double* lambda, double* out) const;

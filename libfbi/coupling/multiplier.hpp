@@ -42,6 +42,11 @@ class Basis {
       return result;
     }
     result.count = order_ + 1;
+    if (order_ == 1) {
+      result.value[0] = 0.5 * (1.0 - x);
+      result.value[1] = 0.5 * (1.0 + x);
+      return result;
+    }
     for (int p = 0; p <= order_; ++p) {
       result.value[p] = 1.0;
       for (int q = 0; q <= order_; ++q)

@@ -1,6 +1,7 @@
 #include "coupling/projection.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include "fem/hex8.hpp"
@@ -27,6 +28,19 @@ Cell make_cell(const Eigen::Matrix<double, 3, 8>& corners) {
 }
 
 Cell make_cell(const mesh::HexMesh& mesh, Index cell) {
+  if (mesh.box) {
+    const std::array<Index, 3> cells = mesh.box->cells();
+    GlobalIndex rest = mesh.cell_id[cell];
+    Cell result;
+    result.aligned = true;
+    for (int i = 0; i < 3; ++i) {
+      const double* ends = &mesh.box->coordinates[i][static_cast<std::size_t>(rest % cells[i])];
+      rest /= cells[i];
+      for (int a = 0; a < 8; ++a) result.corners(i, a) = ends[fem::hex8_corners[a][i] < 0 ? 0 : 1];
+      result.size = std::max(result.size, ends[1] - ends[0]);
+    }
+    return result;
+  }
   Eigen::Matrix<double, 3, 8> corners;
   for (int a = 0; a < 8; ++a) {
     const double* node = mesh.node(mesh.cells[8 * static_cast<std::size_t>(cell) + a]);

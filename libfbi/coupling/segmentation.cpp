@@ -61,6 +61,23 @@ void append(std::vector<Segment>& segments, GlobalIndex cell, double begin, doub
     segments.push_back({cell, begin, end});
 }
 
+/// std::upper_bound of ascending planes: a few steps from where it would be were they even, then bisection.
+std::vector<double>::const_iterator first_above(const std::vector<double>& planes, double x) {
+  constexpr int most_steps = 3;
+  const double last = static_cast<double>(planes.size() - 1);
+  const double guess = last * (x - planes.front()) / (planes.back() - planes.front());
+  auto at = planes.begin() + static_cast<std::ptrdiff_t>(std::clamp(guess, 0.0, last));
+  for (int step = 0; step < most_steps; ++step) {
+    if (at != planes.begin() && *(at - 1) > x)
+      --at;
+    else if (at != planes.end() && *at <= x)
+      ++at;
+    else
+      return at;
+  }
+  return std::upper_bound(planes.begin(), planes.end(), x);
+}
+
 }  // namespace
 
 void claim_parts(const Curve& curve, const Cell& cell, GlobalIndex id, std::vector<Claim>& claims) {
@@ -140,9 +157,10 @@ void cut_in_box(const Curve& curve, const mesh::Box& box, std::vector<Segment>& 
   for (int i = 0; i < 3; ++i) {
     const std::vector<double>& planes = box.coordinates[i];
     const MonotonePieces pieces(curve.component[i]);
-    const auto last = std::upper_bound(planes.begin(), planes.end(), pieces.high());
-    for (auto plane = std::lower_bound(planes.begin(), planes.end(), pieces.low()); plane != last; ++plane)
-      cuts.add(pieces, *plane);
+    const auto last = first_above(planes, pieces.high());
+    auto plane = first_above(planes, pieces.low());
+    while (plane != planes.begin() && *(plane - 1) == pieces.low()) --plane;
+    for (; plane < last; ++plane) cuts.add(pieces, *plane);
   }
   const std::vector<double>& x = cuts.sorted();
   segments.clear();
@@ -156,7 +174,7 @@ GlobalIndex cell_in_box(const mesh::Box& box, const Vec3& point) {
   bool inside = true;
   for (int i = 0; i < 3; ++i) {
     const std::vector<double>& planes = box.coordinates[i];
-    const auto above = std::upper_bound(planes.begin(), planes.end(), point[i]);
+    const auto above = first_above(planes, point[i]);
     const GlobalIndex cell = std::clamp<GlobalIndex>(above - planes.begin() - 1, 0, cells[i] - 1);
     const auto position = [&](GlobalIndex c) {  // xi in cell c
       return 2.0 * ((point[i] - planes[c]) / (planes[c + 1] - planes[c])) - 1.0;

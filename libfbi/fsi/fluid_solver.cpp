@@ -18,10 +18,12 @@ using linalg::Write;
 
 namespace {
 
-constexpr double robin = 3.0;          // Robin coefficient of the pressure operator at open faces, times 1/h
-constexpr double grad_div_part = 0.7;  // of tau_C beside mu in the pressure: inverse masses are lumped
+constexpr double robin = 3.0;           // Robin coefficient of the pressure operator at open faces, times 1/h
+constexpr double grad_div_part = 0.85;  // of tau_C beside mu in the pressure: inverse masses are lumped
+constexpr double viscous_part = 2.0;    // of mu there: where viscosity rules, more of it than of tau_C
 constexpr int single_restart = 40;
 constexpr double tired_effort = 1.5;      // iterations with a factor that lags, against those when it was new
+constexpr double useless_effort = 3.0;    // the same: then factors for an earlier S are of no use
 constexpr double most_lost_steps = 4.0;   // for multipliers of lines: in the time of as many there is a new factor
 constexpr double most_effort = 8.0;       // iterations a decade, then blocks give way to sparse factors
 constexpr int few_iterations = 15;        // of a solve that says nothing about its effort
@@ -310,7 +312,7 @@ void FluidSolver::renew_projected_pressure() {
 }
 
 void FluidSolver::renew_pressure_mass() {
-  const double same = projection_ > 0.0 ? 1.0 / projection_ : fluid_.parameters().viscosity;
+  const double same = projection_ > 0.0 ? 1.0 / projection_ : viscous_part * fluid_.parameters().viscosity;
   pressure_mass_.assign(fluid_.mesh().owned_nodes, same);
   // A few digits of slow flow are there before tau_C shows.
   const bool demanding = parameters_.precision == Precision::twofold || !fluid_.has_single_precision() ||
@@ -332,7 +334,8 @@ bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed, 
   if (coupling_ == nullptr || coupling_->global_rows() == 0) return true;
   // The factor belongs to M: fixed fibers keep theirs for good. It may lag behind S and W, which change less in a step
   // than M does in a few. With lines it preconditions an iteration with the present M, and may lag behind M as well.
-  const bool follows = geometry_changed && !(uses_lines() && coupling_->has_fixed_rows());
+  const bool changed = geometry_changed || (interface_changed && factor_follows_);
+  const bool follows = changed && !(uses_lines() && coupling_->has_fixed_rows());
   const bool tired =
       !age_.exact && (age_.lost_steps > most_lost_steps || age_.effort > tired_effort * age_.fresh_effort);
   const bool renew = follows || tired || anew || factor_of_lines_ != uses_lines() || age_.rows != coupling_->rows() ||
@@ -414,7 +417,7 @@ void FluidSolver::prepare_single() {
                     uses_lines() ? nullptr : &weight_->values(), uses_lines() ? lines_.get() : nullptr, &factor_});
 }
 
-linalg::KrylovResult FluidSolver::solve_single(Vec b, Vec x, double tolerance, int maximum) {
+linalg::KrylovResult FluidSolver::solve_single(Vec b, Vec x, double tolerance, int maximum, bool impatient) {
   const std::size_t size = 4 * static_cast<std::size_t>(fluid_.mesh().owned_nodes);
   const std::vector<std::size_t>& fixed = fluid_.boundaries().fixed();
   single_right_.resize(size);
@@ -434,6 +437,7 @@ linalg::KrylovResult FluidSolver::solve_single(Vec b, Vec x, double tolerance, i
     effort = {many_sweeps, true};
   else if (tolerance < loose_tolerance)
     effort.sweeps = few_sweeps;
+  effort.impatient = impatient;
   for (int round = 0;; ++round) {
     {
       Read right(round == 0 ? b : work_);
@@ -446,6 +450,7 @@ linalg::KrylovResult FluidSolver::solve_single(Vec b, Vec x, double tolerance, i
     const linalg::KrylovResult part =
         single_->solve(single_right_.data(), single_solution_.data(), wanted, maximum - result.iterations, effort);
     result.iterations += part.iterations;
+    result.stalled = part.stalled;
     if (!std::isfinite(part.relative_residual)) {
       if (round == 0) FBI_PETSC(VecSet(x, 0.0));
       return result;
@@ -507,7 +512,10 @@ linalg::KrylovResult FluidSolver::solve(Vec b, Vec x, double tolerance) {
     const int expected = static_cast<int>(effort * -std::log10(std::min(tolerance, 1.0)));
     const int enough = lags || lines ? std::min(parameters_.krylov_iterations, std::max(tired_iterations, expected))
                                      : parameters_.krylov_iterations;
-    result = iterate(x, tolerance, enough);
+    const bool aged = coupled && !lines && !age_.exact;
+    result = iterate(x, tolerance, enough, lags || lines);
+    // Where the penalty is large and fibers are stiff, S is another one in every iteration of a step.
+    if (aged && (!result.converged || age_.effort > useless_effort * age_.fresh_effort)) factor_follows_ = true;
     // Inverses of blocks do not suffice where stiff fibers share cells and the penalty is large.
     const bool slow = result.iterations > few_iterations && age_.effort > most_effort;
     if (slow && lines && !age_.exact) {
@@ -519,13 +527,13 @@ linalg::KrylovResult FluidSolver::solve(Vec b, Vec x, double tolerance) {
     }
     const auto again = [&](int maximum) {
       const int before = result.iterations;
-      result = iterate(x, tolerance, maximum);
+      result = iterate(x, tolerance, maximum, false);
       result.iterations += before;
     };
     if (!result.converged && lines) {
       // Nor do a few steps for the multipliers of lines then.
       lines_rest_ = next_rest_;
-      next_rest_ = std::min(2 * next_rest_, longest_rest);
+      next_rest_ = std::min(4 * next_rest_, longest_rest);
       count("velocity lines left out");
       if (!coupled || renew_factor(false)) {
         prepare_single();
@@ -541,12 +549,12 @@ linalg::KrylovResult FluidSolver::solve(Vec b, Vec x, double tolerance) {
 
 /// solve_single, again with a new factor where an old one of lines has failed. Notes the steps for the multipliers
 /// beyond those of a new factor: they add up to the time of one. Collective.
-linalg::KrylovResult FluidSolver::iterate_single(Vec x, double tolerance, int maximum) {
+linalg::KrylovResult FluidSolver::iterate_single(Vec x, double tolerance, int maximum, bool impatient) {
   linalg::KrylovResult result;
   for (;;) {
     single_->reset_multiplier_steps();
     const int before = result.iterations;
-    result = solve_single(scaled_, x, tolerance, maximum);
+    result = solve_single(scaled_, x, tolerance, maximum, impatient);
     result.iterations += before;
     const SingleSolver::MultiplierSteps& steps = single_->multiplier_steps();
     if (factor_of_lines_ && steps.solves > 0) {
@@ -558,10 +566,10 @@ linalg::KrylovResult FluidSolver::iterate_single(Vec x, double tolerance, int ma
 }
 
 /// x = solution for scaled_, by the mixed or the double precision iteration. Collective.
-linalg::KrylovResult FluidSolver::iterate(Vec x, double tolerance, int maximum) {
+linalg::KrylovResult FluidSolver::iterate(Vec x, double tolerance, int maximum, bool impatient) {
   linalg::KrylovResult result;
-  if (single_ != nullptr) result = iterate_single(x, tolerance, maximum);
-  if (!result.converged && result.iterations < maximum) {
+  if (single_ != nullptr) result = iterate_single(x, tolerance, maximum, impatient);
+  if (!result.converged && !result.stalled && result.iterations < maximum) {
     // Double precision has W.
     if (factor_of_lines_ && !renew_factor(false)) return result;
     const int before = result.iterations;

@@ -92,8 +92,8 @@ class FluidSolver {
   std::vector<double> sums_of_columns() const;
   bool renew_factor(bool of_lines);
   void prepare_single();
-  linalg::KrylovResult iterate_single(Vec x, double tolerance, int maximum);
-  linalg::KrylovResult iterate(Vec x, double tolerance, int maximum);
+  linalg::KrylovResult iterate_single(Vec x, double tolerance, int maximum, bool impatient);
+  linalg::KrylovResult iterate(Vec x, double tolerance, int maximum, bool impatient);
   void remove_mean_pressure(Vec x) const;
 
   fluid::FluidField& fluid_;
@@ -102,7 +102,7 @@ class FluidSolver {
   SolverParameters parameters_;
   Comm comm_;
 
-  linalg::KrylovResult solve_single(Vec b, Vec x, double tolerance, int maximum);
+  linalg::KrylovResult solve_single(Vec b, Vec x, double tolerance, int maximum, bool impatient);
 
   // Iterative.
   std::unique_ptr<linalg::Krylov> krylov_;
@@ -121,10 +121,11 @@ class FluidSolver {
   std::unique_ptr<VelocityLines> lines_;  // in single precision
   bool lines_current_ = false;            // renewed with W
   int lines_rest_ = 0;                    // preparations until they are tried again
-  int next_rest_ = 4;                     // after the next solve without convergence
+  int next_rest_ = 8;                     // after the next solve without convergence
   bool factor_of_lines_ = false;          // factor_ has the diagonal of lines_ in place of W
   linalg::MultiplierFactor factor_;
-  bool exact_factor_ = false;  // from now on sparse factors in any case
+  bool exact_factor_ = false;    // from now on sparse factors in any case
+  bool factor_follows_ = false;  // from now on a new one with every S: one for an earlier S has failed
   /// How the factor of the multipliers ages: it is kept while S and W change and iterations stay few, with lines while
   /// M changes as well.
   struct FactorAge {

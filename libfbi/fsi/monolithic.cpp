@@ -20,7 +20,7 @@ constexpr int most_corrections = 3;  // of fibers alone, after a linear solve
 /// Tolerance of a linear solve: krylov_tolerance, but no further than the nonlinear tolerance asks for, unless the user
 /// wants linear systems solved more tightly than the nonlinear one.
 double linear_tolerance(const SolverParameters& parameters, double residual, double reference) {
-  constexpr double share = 0.9;  // of the nonlinear tolerance
+  constexpr double share = 0.95;  // of the nonlinear tolerance
   if (parameters.krylov_tolerance < 0.2 * parameters.newton_tolerance || !(residual > 0.0))
     return parameters.krylov_tolerance;
   const double enough = share * parameters.newton_tolerance * reference / residual;

@@ -80,15 +80,15 @@ struct SolverParameters {
 };
 
 /// The parameters with tolerances chosen where they were left open. newton_tolerance: for one solution of fluid and
-/// fibers together in a time step that starts from an extrapolation 1.5e-2, or 1e-3 where the time scheme is of second
+/// fibers together in a time step that starts from an extrapolation 2.2e-2, or 1e-3 where the time scheme is of second
 /// order, whose error is as much smaller; 1e-6 for everything else (steady flow, partitioned schemes, fibers alone).
-/// krylov_tolerance: 1e-2 and 5e-4 with the former, 1e-4 otherwise and beside a newton_tolerance that is given.
+/// krylov_tolerance: 1.1e-2 and 5e-4 with the former, 1e-4 otherwise and beside a newton_tolerance that is given.
 /// @param extrapolated  time steps solved in one Newton iteration on all fields
 inline SolverParameters with_tolerances(SolverParameters parameters, bool extrapolated, bool second_order) {
   const bool loose = parameters.newton_tolerance == 0.0 && extrapolated;
   if (parameters.newton_tolerance == 0.0)
-    parameters.newton_tolerance = !extrapolated ? 1e-6 : second_order ? 1e-3 : 1.5e-2;
-  if (parameters.krylov_tolerance == 0.0) parameters.krylov_tolerance = !loose ? 1e-4 : second_order ? 5e-4 : 1e-2;
+    parameters.newton_tolerance = !extrapolated ? 1e-6 : second_order ? 1e-3 : 2.2e-2;
+  if (parameters.krylov_tolerance == 0.0) parameters.krylov_tolerance = !loose ? 1e-4 : second_order ? 5e-4 : 1.1e-2;
   return parameters;
 }
 

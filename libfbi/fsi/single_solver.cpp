@@ -11,8 +11,8 @@ namespace fbi::fsi {
 
 namespace {
 
-constexpr double enough_of_it = 0.1;     // residual of the momentum rows that ends sweeps, relative
-constexpr float convection_part = 0.5f;  // of C in the pressure: it does not quite commute with the gradient
+constexpr double enough_of_it = 0.1;      // residual of the momentum rows that ends sweeps, relative
+constexpr float convection_part = 0.35f;  // of C in the pressure: it does not quite commute with the gradient
 constexpr int most_directions = 8;
 constexpr double enough_of_rows = 0.02;  // residual of the multipliers' rows that ends their iteration, relative
 constexpr double no_news = 1e-10;        // squared part of a product that earlier ones do not have, below: round-off
@@ -126,7 +126,7 @@ linalg::KrylovResult SingleSolver::solve(float* b, float* x, double tolerance, i
     if (convection_ == nullptr) convection_ = std::make_unique<PressureConvection>(fluid_);
     convection_->renew();
   }
-  return krylov_.solve(b, x, tolerance, maximum);
+  return krylov_.solve(b, x, tolerance, maximum, effort_.impatient);
 }
 
 void SingleSolver::find_touched() {
@@ -192,7 +192,8 @@ void SingleSolver::line_block(const float* v, float factor, const float* gradien
   if (has_multipliers()) add_constraint(velocity);
 }
 
-/// T lambda = M velocity to a few per cent: what is left of it comes back as a force of S^-1 times it.
+/// T lambda = M velocity to a few per cent: what is left of it comes back as a force of S^-1 times it. In the end rows_
+/// is S^-1 M velocity.
 void SingleSolver::add_constraint(float* velocity) {
   const Timed timed("multiplier solve");
   const Comm& comm = fluid_.mesh().comm;
@@ -201,7 +202,6 @@ void SingleSolver::add_constraint(float* velocity) {
   ++multiplier_steps_.solves;
   coupling_->interpolate(velocity, rows_.data());
   const double enough = enough_of_rows * enough_of_rows * comm.sum(dot(rows_, rows_));
-  multipliers_.resize(size);
   law_.resize(size);
   // T z_i = q_i + sum_j<i h_ij q_j with orthogonal q; rows_ becomes the residual.
   double coefficient[most_directions] = {}, h[most_directions][most_directions] = {};
@@ -211,17 +211,17 @@ void SingleSolver::add_constraint(float* velocity) {
     Direction& here = directions_[i];
     here.product.resize(size);
     here.velocity.resize(4 * nodes_);
-    multipliers_ = rows_;
+    here.multipliers = rows_;
     count("multiplier iterations");
     ++multiplier_steps_.steps;
-    parts_.factor->precondition(multipliers_.data());
-    coupling_->spread(multipliers_.data(), force_.data(), 1.0);
+    parts_.factor->precondition(here.multipliers.data());
+    coupling_->spread(here.multipliers.data(), force_.data(), 1.0);
     halo.add_ghosts(force_.data());
     apply_lines(force_.data(), here.velocity.data(), &reached_);
     for (const Index a : touched_) store_node(NodeVector<float>{}, &force_[4 * static_cast<std::size_t>(a)]);
     std::fill(force_.begin() + static_cast<std::ptrdiff_t>(4 * owned_), force_.end(), 0.0f);
     coupling_->interpolate(here.velocity.data(), here.product.data());
-    interface_->apply(multipliers_.data(), law_.data());
+    interface_->apply(here.multipliers.data(), law_.data());
     for (std::size_t k = 0; k < size; ++k) here.product[k] += law_[k];
     for (int j = 0; j <= i; ++j) h[i][j] = dot(directions_[j].product, here.product);
     if (i > 0) comm.sum(h[i], i + 1);
@@ -235,8 +235,8 @@ void SingleSolver::add_constraint(float* velocity) {
     if (!(sums[0] > (i > 0 ? no_news * h[i][i] : 0.0)) || !std::isfinite(sums[0])) break;
     coefficient[i] = sums[1] / sums[0];
     used = i + 1;
-    if (sums[2] - coefficient[i] * sums[1] <= enough) break;
     for (std::size_t k = 0; k < size; ++k) rows_[k] -= coefficient[i] * here.product[k];
+    if (sums[2] - coefficient[i] * sums[1] <= enough) break;
   }
   // lambda = sum_i c_i z_i.
   for (int i = used - 1; i > 0; --i)
@@ -249,12 +249,19 @@ void SingleSolver::add_constraint(float* velocity) {
       for (int i = 0; i < used; ++i) u -= c[i] * load_node(&directions_[i].velocity[k]);
       store_node(three_and_one<float>(u, load_node(velocity + k)), velocity + k);
     }
+  // M velocity is S lambda and what T lambda has left of it.
+  interface_->solve(rows_.data());
+  for (int i = 0; i < used; ++i)
+    for (std::size_t k = 0; k < size; ++k) rows_[k] += coefficient[i] * directions_[i].multipliers[k];
+  interface_->clear_inactive(rows_.data());
 }
 
 void SingleSolver::add_multipliers(const float* z, float* product) {
   const Timed timed("multiplier term");
-  coupling_->interpolate(z, rows_.data());
-  interface_->solve(rows_.data());
+  if (parts_.lines == nullptr) {
+    coupling_->interpolate(z, rows_.data());
+    interface_->solve(rows_.data());
+  }
   coupling_->spread(rows_.data(), product, 1.0);
 }
 

@@ -43,7 +43,8 @@ class SingleSolver {
   /// How far the preconditioner solves its equations in every iteration: more makes fewer, longer iterations.
   struct Effort {
     int sweeps = 1;           ///< of the velocity block, at most
-    bool convection = false;  ///< p = pressure_scale P^-1 r_p + (1/2 C P^-1 r_p + mass_scale r_p)/V_a
+    bool convection = false;  ///< p = pressure_scale P^-1 r_p + (0.35 C P^-1 r_p + mass_scale r_p)/V_a
+    bool impatient = false;   ///< of SingleGmres: the caller has another way
   };
 
   /// `coupling` and `interface` are null without fibers. Collective.
@@ -74,6 +75,7 @@ class SingleSolver {
   void apply_lines(float* r, float* x, const std::vector<char>* only = nullptr);
   void find_touched();
   void find_reached();
+  /// product += M^T S^-1 M z; with lines z is what velocity_block gave.
   void add_multipliers(const float* z, float* product);
   void apply_velocity(const float* z, float* w);
   /// Fourth entries of z for right_; uses w, shape=(nodes,4). Collective.
@@ -94,12 +96,13 @@ class SingleSolver {
   std::vector<float> force_;             ///< M^T of multipliers, zero between uses, shape=(nodes,4)
   std::vector<Index> touched_;           ///< owned nodes where it may not be zero
   std::vector<float> right_, solution_;  ///< of the pressure, shape=(owned nodes)
-  std::vector<double> rows_;             ///< shape=(rows,3)
+  std::vector<double> rows_;             ///< shape=(rows,3); with lines S^-1 M of the last velocity block
   std::vector<std::size_t> given_;       ///< given velocities of owned nodes
   std::vector<float> line_right_;        ///< shape=(owned nodes,4)
   struct Direction {
-    std::vector<double> product;  ///< T z less what earlier ones have of it, shape=(rows,3)
-    std::vector<float> velocity;  ///< V M^T z, shape=(nodes,4)
+    std::vector<double> multipliers;  ///< z, shape=(rows,3)
+    std::vector<double> product;      ///< T z less what earlier ones have of it, shape=(rows,3)
+    std::vector<float> velocity;      ///< V M^T z, shape=(nodes,4)
     double squared_norm = 0.0;
   };
   MultiplierSteps multiplier_steps_;
@@ -108,7 +111,7 @@ class SingleSolver {
   std::vector<char> reached_;                                       ///< lines that forces of multipliers reach
   std::vector<std::pair<std::size_t, std::size_t>> reached_nodes_;  ///< [first, end) of their nodes and ghosts
   std::vector<std::size_t> reached_given_;                          ///< of given_
-  std::vector<double> multipliers_, law_;                           ///< shape=(rows,3)
+  std::vector<double> law_;                                         ///< S z, shape=(rows,3)
   struct Sweep {
     std::vector<float> z, w;  ///< a direction and its product, shape=(nodes,4)
     double squared_norm = 0.0;

@@ -13,6 +13,7 @@ struct KrylovResult {
   int iterations = 0;
   double relative_residual = 0.0;  ///< last residual norm over the norm of the right-hand side
   bool converged = false;
+  bool stalled = false;  ///< given up before the iterations were used up
 };
 
 /// y = A x, or x = P^-1 r: both arguments are distributed vectors of the layout given at construction.

@@ -12,6 +12,9 @@ namespace {
 using Lanes = float __attribute__((vector_size(64)));
 constexpr std::size_t lanes = 16;
 constexpr std::size_t chunk = 4096;  // floats that stay in the first cache
+constexpr int patience = 10;
+constexpr double least_pace =
+    1.0 / 3.0;  // of the one that leads to the tolerance in as many iterations as there may be
 
 Lanes load(const float* p) {
   Lanes x;
@@ -73,7 +76,7 @@ double SingleGmres::remove(float* w, int count, const double* h) const {
   return std::sqrt(comm_.sum(sum));
 }
 
-KrylovResult SingleGmres::solve(float* b, float* x, double tolerance, int maximum) {
+KrylovResult SingleGmres::solve(float* b, float* x, double tolerance, int maximum, bool impatient) {
   KrylovResult result;
   std::fill_n(x, size_, 0.0f);
   const double scale = start(b);
@@ -85,14 +88,18 @@ KrylovResult SingleGmres::solve(float* b, float* x, double tolerance, int maximu
   double residual = 1.0, length_of_start = scale;
   std::vector<double> h(restart_ + 1), cosine(restart_), sine(restart_), right(restart_ + 1);
   std::vector<std::vector<double>> columns(restart_);
-  while (result.iterations < maximum && residual > tolerance) {
+  const auto stalls = [&] {
+    return impatient && result.iterations >= patience && residual > tolerance &&
+           std::log(residual) * maximum > least_pace * std::log(tolerance) * result.iterations;
+  };
+  while (result.iterations < maximum && residual > tolerance && !result.stalled) {
     // b and the first vector of the basis hold the residual of x.
     if (!(length_of_start > 0.0) || !std::isfinite(length_of_start)) break;
     std::fill(right.begin(), right.end(), 0.0);
     right[0] = length_of_start / scale;
     int count = 0;
     bool finite = true;
-    while (count < restart_ && result.iterations < maximum && residual > tolerance) {
+    while (count < restart_ && result.iterations < maximum && residual > tolerance && !result.stalled) {
       if (static_cast<int>(basis_.size()) < count + 2) basis_.emplace_back(room_);
       if (static_cast<int>(directions_.size()) < count + 1) directions_.emplace_back(room_);
       float* next = basis_[count + 1].data();
@@ -120,6 +127,7 @@ KrylovResult SingleGmres::solve(float* b, float* x, double tolerance, int maximu
       right[count + 1] = -sine[count] * right[count];
       right[count] *= cosine[count];
       residual = std::abs(right[count + 1]);
+      result.stalled = stalls();
       ++count;
       if (length <= 1e-7 * diagonal) break;  // the space holds the solution
       factor_[count] = 1.0 / length;
@@ -138,7 +146,7 @@ KrylovResult SingleGmres::solve(float* b, float* x, double tolerance, int maximu
       residual = std::nan("");
       break;
     }
-    if (residual <= tolerance || result.iterations >= maximum || count == 0) break;
+    if (residual <= tolerance || result.iterations >= maximum || result.stalled || count == 0) break;
     // Restart with r = V (start e_1 - H y): the rotations, backwards, of what the least squares problem leaves.
     std::vector<double> rest(count + 1, 0.0);
     rest[count] = right[count];

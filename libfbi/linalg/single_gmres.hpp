@@ -26,9 +26,11 @@ class SingleGmres {
   /// Solves A x = b from x = 0 until |b - A x| <= tolerance |b| by the recursion's estimate. Squares of the entries of
   /// b must be within the range of floats. A b that is zero gives x = 0; numbers that are not finite end the iteration
   /// unconverged, the same on every rank. At most `maximum` iterations. Collective.
-  /// @param b  shape=(size), overwritten
-  /// @param x  shape=(size)
-  KrylovResult solve(float* b, float* x, double tolerance, int maximum);
+  /// @param b          shape=(size), overwritten
+  /// @param x          shape=(size)
+  /// @param impatient  the caller has another way: ends as well, `stalled`, once ten iterations or more have come less
+  ///                   than a third of the way to the tolerance that `maximum` iterations would need by then
+  KrylovResult solve(float* b, float* x, double tolerance, int maximum, bool impatient = false);
 
  private:
   /// The first vector of the basis = b; returns |b|. Collective.

@@ -141,33 +141,33 @@ FiberPairs FiberCrossings::find(const std::vector<double>& dofs) {
     }
   std::set<std::pair<GlobalIndex, GlobalIndex>> pairs;
   const Tree tree(boxes);
-  std::vector<Index> found;
-  const auto compare = [&](const Element& element, Index behind) {
-    found.clear();
-    tree.overlapping(element.box, found);
-    for (const Index other : found) {
-      const Element& b = elements[other];
-      if (other <= behind || b.fiber == element.fiber) continue;
-      const std::pair<GlobalIndex, GlobalIndex> pair(std::min(b.fiber, element.fiber),
-                                                     std::max(b.fiber, element.fiber));
-      if (pairs.count(pair) > 0 || std::binary_search(joined_.begin(), joined_.end(), pair)) continue;
-      if (element.fiber < b.fiber ? is_near(element, b) : is_near(b, element)) pairs.insert(pair);
-    }
+  const auto compare = [&](const Element& a, const Element& b) {
+    if (a.fiber == b.fiber) return;
+    const std::pair<GlobalIndex, GlobalIndex> pair = std::minmax(a.fiber, b.fiber);
+    if (pairs.count(pair) > 0 || std::binary_search(joined_.begin(), joined_.end(), pair)) return;
+    if (a.fiber < b.fiber ? is_near(a, b) : is_near(b, a)) pairs.insert(pair);
   };
-  for (std::size_t e = 0; e < elements.size(); ++e) compare(elements[e], static_cast<Index>(e));
+  std::vector<std::pair<Index, Index>> overlaps;
+  tree.pairs(overlaps);
+  for (const auto& [e, other] : overlaps) compare(elements[e], elements[other]);
   if (comm.size() > 1) {
     // a pair on two ranks is found by the higher one
     std::vector<Aabb> all(static_cast<std::size_t>(comm.size()));
     MPI_Allgather(&mine, static_cast<int>(sizeof(Aabb)), MPI_BYTE, all.data(), static_cast<int>(sizeof(Aabb)), MPI_BYTE,
                   comm.get());
     std::map<int, std::vector<Element>> out;
+    std::vector<Index> found;
     for (int rank = comm.rank() + 1; rank < comm.size(); ++rank) {
       if (!mine.overlaps(all[static_cast<std::size_t>(rank)])) continue;
       for (const Element& element : elements)
         if (element.box.overlaps(all[static_cast<std::size_t>(rank)])) out[rank].push_back(element);
     }
     for (const auto& [rank, list] : exchange_.exchange(std::move(out)))
-      for (const Element& element : list) compare(element, -1);
+      for (const Element& element : list) {
+        found.clear();
+        tree.overlapping(element.box, found);
+        for (const Index other : found) compare(element, elements[other]);
+      }
   }
   FiberPairs result;
   result.count = comm.sum(static_cast<GlobalIndex>(pairs.size()));

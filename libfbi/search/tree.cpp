@@ -69,4 +69,39 @@ void Tree::overlapping(const Aabb& box, std::vector<Index>& found) const {
   }
 }
 
+void Tree::pairs(std::vector<std::pair<Index, Index>>& found) const {
+  if (!nodes_.empty()) pairs_within(0, found);
+}
+
+void Tree::pairs_within(Index node, std::vector<std::pair<Index, Index>>& found) const {
+  if (!is_leaf(node)) {
+    pairs_within(node + 1, found);
+    pairs_within(nodes_[node].first, found);
+    pairs_between(node + 1, nodes_[node].first, found);
+    return;
+  }
+  const Index begin = nodes_[node].first, end = begin + nodes_[node].count;
+  for (Index i = begin; i < end; ++i)
+    for (Index j = i + 1; j < end; ++j)
+      if (item_boxes_[i].overlaps(item_boxes_[j])) found.push_back(std::minmax(items_[i], items_[j]));
+}
+
+void Tree::pairs_between(Index a, Index b, std::vector<std::pair<Index, Index>>& found) const {
+  const Node &left = nodes_[a], &right = nodes_[b];
+  if (!left.box.overlaps(right.box)) return;
+  if (!is_leaf(a)) {
+    pairs_between(a + 1, b, found);
+    pairs_between(left.first, b, found);
+  } else if (!is_leaf(b)) {
+    pairs_between(a, b + 1, found);
+    pairs_between(a, right.first, found);
+  } else {
+    for (Index i = left.first; i < left.first + left.count; ++i) {
+      if (!item_boxes_[i].overlaps(right.box)) continue;
+      for (Index j = right.first; j < right.first + right.count; ++j)
+        if (item_boxes_[i].overlaps(item_boxes_[j])) found.push_back(std::minmax(items_[i], items_[j]));
+    }
+  }
+}
+
 }  // namespace fbi::search

@@ -1,6 +1,7 @@
 /// A flat bounding-volume tree: which of many boxes overlap a given one.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "base/types.hpp"
@@ -18,6 +19,9 @@ class Tree {
   /// Appends to `found` the numbers of all boxes that overlap `box` (touching counts), in an order that depends on the
   /// boxes alone. Cost O(log n + hits) for boxes of similar size.
   void overlapping(const Aabb& box, std::vector<Index>& found) const;
+  /// Appends all pairs of boxes that overlap each other (touching counts), each once with the lower number first, in an
+  /// order that depends on the boxes alone.
+  void pairs(std::vector<std::pair<Index, Index>>& found) const;
 
  private:
   struct Node {
@@ -26,6 +30,9 @@ class Tree {
         0;  ///< leaf: first entry of items_; inner: number of the second child (the first child is the next node)
     Index count = 0;  ///< leaf: number of boxes; inner: 0
   };
+  bool is_leaf(Index node) const { return nodes_[node].count > 0; }
+  void pairs_within(Index node, std::vector<std::pair<Index, Index>>& found) const;
+  void pairs_between(Index a, Index b, std::vector<std::pair<Index, Index>>& found) const;
   Index build(const std::vector<Aabb>& boxes, Index begin, Index end);
 
   std::vector<Node> nodes_;

@@ -82,5 +82,37 @@ TEST(SingleGmres, BoundsZeroAndNumbersThatAreNone) {
   EXPECT_FALSE(std::isfinite(broken.relative_residual));
 }
 
+// A cyclic shift of all entries: the residual stays as it is until the space is whole. Who has another way gives up.
+TEST(SingleGmres, GivesUpOnlyWhereAskedToAndWithoutProgress) {
+  const Comm comm{MPI_COMM_WORLD};
+  constexpr std::size_t size = 60;
+  const auto shift = [](const float* v, float factor, float* z, float* w) {
+    for (std::size_t k = 0; k < size; ++k) z[k] = factor * v[k];
+    for (std::size_t k = 0; k < size; ++k) w[k] = z[(k + 1) % size];
+  };
+  SingleGmres solver(comm, size, size, shift, 100);
+  std::vector<float> b(size), x(size);
+  const auto solve = [&](int maximum, bool impatient) {
+    b.assign(size, 0.0f);
+    b[0] = 1.0f;
+    return solver.solve(b.data(), x.data(), 1e-4, maximum, impatient);
+  };
+  const KrylovResult given_up = solve(40, true), patient = solve(40, false), whole = solve(100, false);
+  EXPECT_TRUE(given_up.stalled);
+  EXPECT_FALSE(given_up.converged);
+  EXPECT_EQ(given_up.iterations, 10);
+  EXPECT_FALSE(patient.stalled);
+  EXPECT_EQ(patient.iterations, 40);
+  EXPECT_TRUE(whole.converged);
+  EXPECT_EQ(whole.iterations, static_cast<int>(size));
+  Spread problem;  // progress enough
+  SingleGmres quick = problem.solver(60);
+  b.assign(problem.size, 1.0f);
+  const KrylovResult result = quick.solve(b.data(), x.data(), 1e-5, 60, true);
+  EXPECT_TRUE(result.converged);
+  EXPECT_FALSE(result.stalled);
+  EXPECT_GT(result.iterations, 10);
+}
+
 }  // namespace
 }  // namespace fbi::linalg::test

@@ -1,7 +1,9 @@
 // Tree, bins, cell numbers and messages between ranks.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
+#include <utility>
 
 #include "search/bins.hpp"
 #include "search/pair_search.hpp"
@@ -47,6 +49,24 @@ TEST(Tree, FindsExactlyTheOverlappingBoxes) {
       for (int i = 0; i < count; ++i)
         if (boxes[i].overlaps(query)) expected.push_back(i);
       EXPECT_EQ(found, expected);
+    }
+  }
+}
+
+TEST(Tree, FindsEveryOverlappingPairOnce) {
+  std::mt19937 random(3);
+  for (const int count : {0, 1, 2, 4, 5, 9, 600}) {
+    std::vector<Aabb> boxes;
+    for (int i = 0; i < count; ++i) boxes.push_back(random_box(random, 0.3));
+    std::vector<std::pair<Index, Index>> found, expected;
+    Tree(boxes).pairs(found);
+    std::sort(found.begin(), found.end());
+    for (int i = 0; i < count; ++i)
+      for (int j = i + 1; j < count; ++j)
+        if (boxes[i].overlaps(boxes[j])) expected.emplace_back(i, j);
+    EXPECT_EQ(found, expected);
+    if (count == 600) {
+      EXPECT_GT(found.size(), 100u);
     }
   }
 }
