@@ -271,13 +271,12 @@ void BeamField::compliance(Index fiber, const double* d, Index rows, RowMatrix& 
 }
 
 void BeamField::compliances(const std::vector<const double*>& d, const std::vector<Index>& rows,
-                            const std::function<void(Index, const RowMatrix&)>& take) const {
+                            const std::function<void(Index, const Eigen::Ref<const RowMatrix>&)>& take) const {
   const Implementation& b = *implementation_;
-  RowMatrix block;
   b.batches->compliance(d, rows, [&](Index f, const double* values) {
-    block = Eigen::Map<const RowMatrix>(values, 3 * rows[f], 3 * rows[f]);
-    take(f, block);
+    take(f, Eigen::Map<const RowMatrix>(values, 3 * rows[f], 3 * rows[f]));
   });
+  RowMatrix block;
   for (Index f = 0; f < b.mesh.fibers(); ++f) {
     if (is_fixed(f) || b.is_joined(f) || b.batches->is_factorized(f)) continue;
     compliance(f, d[f], rows[f], block);

@@ -85,7 +85,7 @@ class BeamField {
   /// compliance() of all fibers that have equations and are not joined, several at a time: `d` and `rows` of each
   /// fiber, shape=(fibers); `take` is called once for each, in any order.
   void compliances(const std::vector<const double*>& d, const std::vector<Index>& rows,
-                   const std::function<void(Index, const RowMatrix&)>& take) const;
+                   const std::function<void(Index, const Eigen::Ref<const RowMatrix>&)>& take) const;
   /// Adds an increment to the iterate and updates end velocity and acceleration with it. Joints go along by what the
   /// last solve() of all fibers found, triads turn by what the last linearisation at this iterate says, which is made
   /// if there is none.

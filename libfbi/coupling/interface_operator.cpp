@@ -10,6 +10,7 @@ namespace fbi::coupling {
 
 InterfaceOperator::InterfaceOperator(const mesh::FiberMesh& fibers)
     : first_row_(1, 0),
+      is_dense_(fibers.fibers(), 0),
       blocks_(fibers.fibers()),
       inverses_(fibers.fibers()),
       groups_(fibers.joined.size()),
@@ -40,7 +41,7 @@ void InterfaceOperator::reset(const Coupling& coupling) {
     std::copy_n(law.data(), 9, law_.begin() + at);
     std::copy_n(inverse.data(), 9, inverse_.begin() + at);
   }
-  for (Block& block : blocks_) block.resize(0, 0);
+  std::fill(is_dense_.begin(), is_dense_.end(), 0);
   for (Group& group : groups_) {
     group.block.resize(0, 0);
     group.rows.clear();
@@ -75,19 +76,22 @@ void InterfaceOperator::add_joined(Index group, double factor, const Block& comp
   switch_off(rows.data(), count, block);
 }
 
-void InterfaceOperator::add(Index fiber, double factor, const Block& compliance) {
+void InterfaceOperator::add(Index fiber, double factor, const Eigen::Ref<const Block>& compliance) {
   Block& block = blocks_[fiber];
   const Index* rows = row_.data() + first_row_[fiber];
   const Index count = first_row_[fiber + 1] - first_row_[fiber];
-  if (block.size() == 0) {
-    block = Block::Zero(3 * count, 3 * count);
+  if (!is_dense_[fiber]) {
+    block.setZero(3 * count, 3 * count);
     add_law(rows, count, block);
+    is_dense_[fiber] = 1;
   }
   block += factor * compliance;
   switch_off(rows, count, block);
 }
 
 bool InterfaceOperator::factorize() {
+  for (Index f = 0; f < fibers(); ++f)
+    if (is_local(f)) blocks_[f].resize(0, 0);
   if (!linalg::invert(blocks_, inverses_)) return false;
   for (Group& group : groups_) {
     if (group.block.size() == 0) continue;
@@ -135,7 +139,7 @@ void InterfaceOperator::solve(double* b) const {
   for (Index f = 0; f < fibers(); ++f) {
     if (is_joined(f)) continue;
     const Index first = first_row_[f], rows = first_row_[f + 1] - first;
-    if (blocks_[f].size() == 0) {
+    if (is_local(f)) {
       for (Index p = first; p < first + rows; ++p) {
         Eigen::Map<Vec3> part(b + 3 * static_cast<std::size_t>(p));
         part = (Eigen::Map<const Law>(&inverse_[9 * static_cast<std::size_t>(p)]) * part).eval();
@@ -153,7 +157,7 @@ void InterfaceOperator::apply(const double* lambda, double* out) const {
   for (Index f = 0; f < fibers(); ++f) {
     if (is_joined(f)) continue;
     const Index first = first_row_[f], rows = first_row_[f + 1] - first;
-    if (blocks_[f].size() == 0) {
+    if (is_local(f)) {
       for (Index p = first; p < first + rows; ++p)
         Eigen::Map<Vec3>(out + 3 * static_cast<std::size_t>(p)) =
             law(p) * Eigen::Map<const Vec3>(lambda + 3 * static_cast<std::size_t>(p));

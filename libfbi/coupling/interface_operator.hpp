@@ -1,6 +1,7 @@
 /// The interface operator S of S lambda = M v - g (SPEC section 4): one small block for each row, fiber or group.
 #pragma once
 
+#include <Eigen/Core>
 #include <Eigen/LU>
 #include <vector>
 
@@ -24,7 +25,7 @@ class InterfaceOperator {
   /// S of the interface law for the present coverage.
   void reset(const Coupling& coupling);
   /// S += factor * compliance for one fiber; compliance has shape=(3*rows,3*rows).
-  void add(Index fiber, double factor, const Block& compliance);
+  void add(Index fiber, double factor, const Eigen::Ref<const Block>& compliance);
   /// The same for a group of joined fibers, rows of its fibers one after the other.
   void add_joined(Index group, double factor, const Block& compliance);
   /// Factorises the blocks that join rows. Returns false when a block is singular or not finite.
@@ -41,8 +42,8 @@ class InterfaceOperator {
   /// out = S lambda of the interface law alone, shape=(rows,3).
   void apply_law(const double* lambda, double* out) const;
   /// True for a fiber without a block of its own: only the law, or part of the block of its group.
-  bool is_local(Index fiber) const { return blocks_[fiber].size() == 0; }
-  /// Dense block of a fiber, empty when local.
+  bool is_local(Index fiber) const { return is_dense_[fiber] == 0; }
+  /// Dense block of a fiber that is not local.
   const Block& block(Index fiber) const { return blocks_[fiber]; }
   /// True for a fiber whose rows belong to the block of its group.
   bool is_joined(Index fiber) const { return group_[fiber] >= 0 && groups_[group_[fiber]].block.size() > 0; }
@@ -67,6 +68,7 @@ class InterfaceOperator {
   std::vector<Index> row_;             ///< 0, 1, ...: rows of one fiber are a part of it
   std::vector<double> law_, inverse_;  ///< shape=(rows,3,3)
   std::vector<char> active_;
+  std::vector<char> is_dense_;  ///< of fibers: they have a block since the last reset
   std::vector<Block> blocks_;
   std::vector<Block> inverses_;  ///< of the blocks: products with them are many, and they are small
   struct Group {

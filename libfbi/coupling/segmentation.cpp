@@ -66,7 +66,7 @@ std::vector<double>::const_iterator first_above(const std::vector<double>& plane
   constexpr int most_steps = 3;
   const double last = static_cast<double>(planes.size() - 1);
   const double guess = last * (x - planes.front()) / (planes.back() - planes.front());
-  auto at = planes.begin() + static_cast<std::ptrdiff_t>(std::clamp(guess, 0.0, last));
+  auto at = planes.begin() + (guess > 0.0 ? static_cast<std::ptrdiff_t>(std::min(guess, last)) : 0);
   for (int step = 0; step < most_steps; ++step) {
     if (at != planes.begin() && *(at - 1) > x)
       --at;

@@ -40,7 +40,7 @@ void claim_parts(const Curve& curve, const Cell& cell, GlobalIndex id, std::vect
 /// overlaps go to the lowest cell, what nobody claims is outside.
 void resolve(const std::vector<Claim>& claims, std::vector<Segment>& segments);
 
-/// Segments of a curve in a tensor-product box (overwritten): cuts at the planes of the grid, cells by bisection in the
+/// Segments of a curve in a tensor-product box (overwritten): cuts at the planes of the grid, cells found in the
 /// three coordinate arrays. The same rule as claim_parts and resolve, without a search.
 void cut_in_box(const Curve& curve, const mesh::Box& box, std::vector<Segment>& segments);
 

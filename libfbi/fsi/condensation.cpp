@@ -45,7 +45,8 @@ void add_compliance(const System& system, coupling::InterfaceOperator& s) {
     all_d.push_back(coupling.d_block(f).data());
     all_rows.push_back(coupling.first_row_of(f + 1) - coupling.first_row_of(f));
   }
-  beams.compliances(all_d, all_rows, [&](Index f, const beam::RowMatrix& block) { s.add(f, factor, block); });
+  beams.compliances(all_d, all_rows,
+                    [&](Index f, const Eigen::Ref<const beam::RowMatrix>& block) { s.add(f, factor, block); });
   beam::RowMatrix compliance;
   for (std::size_t g = 0; g < fibers.joined.size(); ++g) {
     std::vector<const double*> d;

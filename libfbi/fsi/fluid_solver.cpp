@@ -334,8 +334,8 @@ bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed, 
   if (coupling_ == nullptr || coupling_->global_rows() == 0) return true;
   // The factor belongs to M: fixed fibers keep theirs for good. It may lag behind S and W, which change less in a step
   // than M does in a few. With lines it preconditions an iteration with the present M, and may lag behind M as well.
-  const bool changed = geometry_changed || (interface_changed && factor_follows_);
-  const bool follows = changed && !(uses_lines() && coupling_->has_fixed_rows());
+  const bool follows = uses_lines() ? geometry_changed && !coupling_->has_fixed_rows()
+                                    : geometry_changed || (interface_changed && factor_follows_);
   const bool tired =
       !age_.exact && (age_.lost_steps > most_lost_steps || age_.effort > tired_effort * age_.fresh_effort);
   const bool renew = follows || tired || anew || factor_of_lines_ != uses_lines() || age_.rows != coupling_->rows() ||
@@ -479,7 +479,8 @@ linalg::KrylovResult FluidSolver::solve_single(Vec b, Vec x, double tolerance, i
     FBI_PETSC(VecNorm(work_, NORM_2, &residual));
     result.relative_residual = residual / norm;
     result.converged = residual <= tolerance * norm;
-    if (result.converged || !(residual < refined_enough * before) || result.iterations >= maximum) return result;
+    if (result.converged || result.stalled || !(residual < refined_enough * before) || result.iterations >= maximum)
+      return result;
   }
 }
 
@@ -515,12 +516,14 @@ linalg::KrylovResult FluidSolver::solve(Vec b, Vec x, double tolerance) {
     const bool aged = coupled && !lines && !age_.exact;
     result = iterate(x, tolerance, enough, lags || lines);
     // Where the penalty is large and fibers are stiff, S is another one in every iteration of a step.
-    if (aged && (!result.converged || age_.effort > useless_effort * age_.fresh_effort)) factor_follows_ = true;
+    const bool useless = age_.fresh_effort > 0.0 && result.iterations > few_iterations &&
+                         age_.effort > useless_effort * age_.fresh_effort;
+    if (aged && (!result.converged || useless)) factor_follows_ = true;
     // Inverses of blocks do not suffice where stiff fibers share cells and the penalty is large.
     const bool slow = result.iterations > few_iterations && age_.effort > most_effort;
     if (slow && lines && !age_.exact) {
       age_.rows = -1;  // the next solve has new ones
-    } else if (approximate && (!result.converged || slow)) {
+    } else if (approximate && !aged && (!result.converged || slow)) {
       exact_factor_ = true;
       age_.rows = -1;
       count("multiplier blocks given up");

@@ -32,9 +32,10 @@ bool solves_directly(const SolverParameters& parameters, const fluid::FluidField
 /// Iterative: FGMRES with a pressure-splitting block preconditioner. The velocity block is (W^-1 + M^T S^-1 M)^-1 with
 /// the diagonal W of VelocityWeight, by Woodbury, or in single precision with VelocityLines in its place; it
 /// is applied after the pressure operator, the Laplacian divided by rho sigma with a Robin condition at open faces,
-/// which is solved exactly on boxes and by one multigrid cycle elsewhere; mu times the inverse lumped mass is added to
-/// it. With the pressure projection its action on smooth pressures, a Laplacian with coefficient c h^2/12, is part of
-/// the pressure operator. The continuity rows are scaled by rho sigma h, which gives all rows the unit of a force.
+/// which is solved exactly on boxes and by one multigrid cycle elsewhere; the inverse lumped mass times 2 mu (and a
+/// part of tau_C) is added to it. With the pressure projection its action on smooth pressures, a Laplacian with
+/// coefficient c h^2/12, is part of the pressure operator. The continuity rows are scaled by rho sigma h, which gives
+/// all rows the unit of a force.
 ///
 /// Iterations run in single precision (SingleSolver) where the equations allow it; what is asked for beyond its digits
 /// comes by refinement: residuals in double, corrections in single precision. Where that does not get on, and with
@@ -125,7 +126,7 @@ class FluidSolver {
   bool factor_of_lines_ = false;          // factor_ has the diagonal of lines_ in place of W
   linalg::MultiplierFactor factor_;
   bool exact_factor_ = false;    // from now on sparse factors in any case
-  bool factor_follows_ = false;  // from now on a new one with every S: one for an earlier S has failed
+  bool factor_follows_ = false;  // without lines a new one with every S from now on: one for an earlier S has failed
   /// How the factor of the multipliers ages: it is kept while S and W change and iterations stay few, with lines while
   /// M changes as well.
   struct FactorAge {

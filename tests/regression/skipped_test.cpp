@@ -109,6 +109,11 @@ TEST(Skipped, SparseFactorsAreMadeWhereBlocksDoNotSuffice) {
   const Work work(stiff);
   EXPECT_EQ(work["multiplier blocks given up"], 1);
   EXPECT_GE(work["velocity lines left out"], 1);
+  // 258; 499 where solves begin with factors for the S of another iteration, which lead nowhere. On two ranks, which
+  // share the fibers, it takes 20 times as many: a factor knows rows of the other rank by their sums alone.
+  if (Comm(MPI_COMM_WORLD).size() != 2) {
+    EXPECT_LT(work["fluid tangent products"], 380);
+  }
 }
 
 TEST(Skipped, WithoutFibersNothingIsSearchedOrKept) {

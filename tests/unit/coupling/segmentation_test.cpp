@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 #include "coupling/coupling_matrices.hpp"
@@ -211,6 +212,63 @@ TEST(CutInBox, LineInAFaceBelongsToTheLowerCellOnly) {
   EXPECT_EQ(segments[0].cell, 0);
   EXPECT_EQ(segments[1].cell, 2);
   EXPECT_NEAR(segments[0].end, 0.0, 1e-15);
+}
+
+// Even and strongly graded planes, two planes, points between, on and outside them.
+TEST(CutInBox, PointsAreInTheLowestCellThatHoldsThem) {
+  mesh::Box box;
+  for (int i = 0; i <= 12; ++i) {
+    box.coordinates[0].push_back(i / 12.0);
+    box.coordinates[1].push_back(std::pow(i / 12.0, 4));
+  }
+  box.coordinates[2] = {0.0, 1.0};
+  const auto along = [&](int d, double x) -> GlobalIndex {
+    const std::vector<double>& planes = box.coordinates[d];
+    for (std::size_t c = 0; c + 1 < planes.size(); ++c)
+      if (x >= planes[c] && x <= planes[c + 1]) return static_cast<GlobalIndex>(c);
+    return -1;
+  };
+  std::vector<double> places = {-3.0, -0.1, 0.0, 1.0, 1.1, 50.0};
+  for (int i = 1; i < 100; ++i) places.push_back(i / 100.0 + 0.001);
+  places.insert(places.end(), box.coordinates[0].begin(), box.coordinates[0].end());
+  places.insert(places.end(), box.coordinates[1].begin(), box.coordinates[1].end());
+  for (const double x : places)
+    for (const double y : places)
+      for (const double z : {-0.1, 0.0, 0.3, 1.0}) {
+        const GlobalIndex at[3] = {along(0, x), along(1, y), along(2, z)};
+        const bool inside = at[0] >= 0 && at[1] >= 0 && at[2] >= 0;
+        ASSERT_EQ(cell_in_box(box, Vec3(x, y, z)), inside ? at[0] + 12 * at[1] : -1) << x << ' ' << y << ' ' << z;
+      }
+  std::vector<Segment> segments;
+  cut_in_box(line(Vec3(0.5, -0.5, 0.5), Vec3(0.5, 1.5, 0.5)), box, segments);
+  EXPECT_EQ(segments.size(), 14u);  // one in each cell, two outside
+}
+
+TEST(Cells, OfBoxesAreThoseOfTheirNodes) {
+  const std::vector<double> even = {0.0, 0.1, 0.2, 0.3}, graded = {-1.0, 0.01, 0.5, 7.0, 7.1};
+  const mesh::HexMesh mesh =
+      mesh::distribute(Comm(MPI_COMM_SELF), mesh::chunk_of(Comm(MPI_COMM_SELF), mesh::make_box({even, graded, even})));
+  ASSERT_TRUE(mesh.box);
+  for (Index c = 0; c < mesh.local_cells(); ++c) {
+    const Cell cell = make_cell(mesh, c);
+    Eigen::Matrix<double, 3, 8> corners;
+    for (int a = 0; a < 8; ++a)
+      corners.col(a) = Eigen::Map<const Vec3>(mesh.node(mesh.cells[8 * static_cast<std::size_t>(c) + a]));
+    const Cell expected = make_cell(corners);
+    EXPECT_EQ(cell.corners, expected.corners);
+    EXPECT_EQ(cell.aligned, expected.aligned);
+    EXPECT_EQ(cell.size, expected.size);
+  }
+}
+
+TEST(Measure, IsConstantOnStraightElementsOnly) {
+  const Measure straight = make_measure(line(Vec3(0.1, 0.2, 0.3), Vec3(0.4, -0.2, 0.9)));
+  for (const double x : {-1.0, 0.3, 1.0}) EXPECT_NEAR(straight(x), 0.5 * Vec3(0.3, -0.4, 0.6).norm(), 1e-15);
+  const double dofs[12] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
+  const Curve bent = hermite_curve(dofs, dofs + 6, 1.5);
+  const Measure measure = make_measure(bent);
+  EXPECT_LT(measure.constant, 0.0);
+  for (const double x : {-1.0, 0.3, 1.0}) EXPECT_NEAR(measure(x), bent.slope(x).norm(), 1e-15);
 }
 
 }  // namespace
