@@ -26,7 +26,9 @@ class MultiplierBlocks {
   /// True where no column has rows of different blocks.
   bool is_exact() const { return !couples_; }
   /// Entries of the inverses.
-  GlobalIndex entries() const { return inverses_.empty() ? 0 : static_cast<GlobalIndex>(inverses_.size() - read_beyond); }
+  GlobalIndex entries() const {
+    return inverses_.empty() ? 0 : static_cast<GlobalIndex>(inverses_.size() - read_beyond);
+  }
 
  private:
   struct Block {
