@@ -28,9 +28,8 @@ class SingleGmres {
   /// unconverged, the same on every rank. At most `maximum` iterations. Collective.
   /// @param b          shape=(size), overwritten
   /// @param x          shape=(size)
-  /// @param impatient  the caller has another way: ends as well, `stalled`, once ten iterations or more (to a tolerance
-  /// above 0) have come less
-  ///                   than a third of the way to the tolerance that `maximum` iterations would need by then
+  /// @param impatient  the caller has another way: ends as well, `stalled`, once ten iterations or more have come less
+  ///                   than a third of the way to the tolerance (above 0) that `maximum` iterations would need by then
   KrylovResult solve(float* b, float* x, double tolerance, int maximum, bool impatient = false);
 
  private:
