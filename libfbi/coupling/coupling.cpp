@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <type_traits>
 
 #include "base/counters.hpp"
 #include "base/error.hpp"
@@ -255,14 +254,6 @@ struct Coupling::Implementation {
   ElementSegments cuts;
   Pieces pieces;
   LocalM m;
-  std::vector<float> single_values;  ///< m.value
-  template <class T>
-  const T* values() const {
-    if constexpr (std::is_same_v<T, float>)
-      return single_values.data();
-    else
-      return m.value.data();
-  }
   std::unique_ptr<RowExchange> rows;
   Coverage own_coverage, coverage;
   struct Worst {
@@ -303,7 +294,6 @@ void Coupling::update(const std::vector<double>& dofs) {
                  : assemble_m(my.fluid, my.pieces, my.side.rule(), my.side.basis(), my.m);
     if (my.law != nullptr) my.law->set_points(my.pieces, my.side.rule(), my.side.basis(), my.offsets);
   }
-  my.single_values.assign(my.m.value.begin(), my.m.value.end());
   my.rows = std::make_unique<RowExchange>(my.exchange, my.offsets, my.m.row);
   my.reduce_coverage();
   if (my.exchange.comm().any(failed > 0) || my.coverage.identity_error > allowed_identity)
@@ -338,45 +328,20 @@ const std::vector<double>& Coupling::d_block(Index fiber) const { return impleme
 const LocalM& Coupling::local_m() const { return implementation_->m; }
 const Coverage& Coupling::coverage() const { return implementation_->coverage; }
 
-namespace {
-
-constexpr Index ahead = 16;  // entries between the one in use and the one whose node is on its way from memory
-
-/// M in the precision of the nodal values, and its nodes.
-template <class T>
-struct Entries {
-  const T* value;
-  const Index* node;
-  Index count;
-  const T* nodal;
-  void fetch(Index k) const {
-    __builtin_prefetch(nodal + 4 * static_cast<std::size_t>(node[std::min(k + ahead, count - 1)]));
-  }
-};
-
-}  // namespace
-
 template <class T>
 void Coupling::interpolate(const T* nodal, double* out) const {
   const LocalM& m = implementation_->m;
-  const Entries<T> entries = {implementation_->values<T>(), m.node.data(), static_cast<Index>(m.node.size()), nodal};
   std::vector<double> touched(3 * m.row.size());
   for (std::size_t i = 0; i < m.row.size(); ++i) {
     // Four sums, so that none waits for the last one.
     NodeVector<T> sums[4] = {};
     const auto add = [&](Index k, NodeVector<T>& sum) {
-      sum += entries.value[k] * load_node(nodal + 4 * static_cast<std::size_t>(entries.node[k]));
+      sum += static_cast<T>(m.value[k]) * load_node(nodal + 4 * static_cast<std::size_t>(m.node[k]));
     };
     Index k = m.begin[i];
     for (; k + 4 <= m.begin[i + 1]; k += 4)
-      for (int j = 0; j < 4; ++j) {
-        entries.fetch(k + j);
-        add(k + j, sums[j]);
-      }
-    for (; k < m.begin[i + 1]; ++k) {
-      entries.fetch(k);
-      add(k, sums[0]);
-    }
+      for (int j = 0; j < 4; ++j) add(k + j, sums[j]);
+    for (; k < m.begin[i + 1]; ++k) add(k, sums[0]);
     const NodeVector<T> sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
     for (int c = 0; c < 3; ++c) touched[3 * i + c] = sum[c];
   }
@@ -387,7 +352,6 @@ void Coupling::interpolate(const T* nodal, double* out) const {
 template <class T>
 void Coupling::spread(const double* lambda, T* nodal, double scale) const {
   const LocalM& m = implementation_->m;
-  const Entries<T> entries = {implementation_->values<T>(), m.node.data(), static_cast<Index>(m.node.size()), nodal};
   std::vector<double> touched(3 * m.row.size(), 0.0);
   implementation_->rows->copy_from_owners(lambda, 3, touched.data());
   for (std::size_t i = 0; i < m.row.size(); ++i) {
@@ -395,9 +359,8 @@ void Coupling::spread(const double* lambda, T* nodal, double scale) const {
     const NodeVector<T> force = {static_cast<T>(scale * l[0]), static_cast<T>(scale * l[1]),
                                  static_cast<T>(scale * l[2]), T(0)};
     for (Index k = m.begin[i]; k < m.begin[i + 1]; ++k) {
-      T* f = nodal + 4 * static_cast<std::size_t>(entries.node[k]);
-      entries.fetch(k);
-      store_node<T>(load_node(f) + entries.value[k] * force, f);
+      T* f = nodal + 4 * static_cast<std::size_t>(m.node[k]);
+      store_node<T>(load_node(f) + static_cast<T>(m.value[k]) * force, f);
     }
   }
 }

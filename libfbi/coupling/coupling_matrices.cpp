@@ -13,6 +13,7 @@ namespace {
 
 /// N_a(xi) of the eight corners.
 fem::Batch shape(const Vec3& xi) {
+  static_assert(fem::batch_size == 8);
   static const auto signs = [] {
     std::array<fem::Batch, 3> sign;
     for (int i = 0; i < 3; ++i)

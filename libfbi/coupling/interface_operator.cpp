@@ -133,7 +133,7 @@ void InterfaceOperator::clear_inactive(double* b) const {
 }
 
 void InterfaceOperator::solve(double* b) const {
-  std::vector<double> work;
+  Eigen::VectorXd work;
   solve_joined(b);
   clear_inactive(b);
   for (Index f = 0; f < fibers(); ++f) {
@@ -145,9 +145,9 @@ void InterfaceOperator::solve(double* b) const {
         part = (Eigen::Map<const Law>(&inverse_[9 * static_cast<std::size_t>(p)]) * part).eval();
       }
     } else {
-      work.resize(3 * static_cast<std::size_t>(rows));
-      linalg::multiply_rows(3 * rows, inverses_[f].data(), b + 3 * first, work.data());
-      std::copy(work.begin(), work.end(), b + 3 * first);
+      Eigen::Map<Eigen::VectorXd> part(b + 3 * first, 3 * rows);
+      work.noalias() = inverses_[f].lazyProduct(part);  // small: no call of a general product
+      part = work;
     }
   }
 }
@@ -162,7 +162,8 @@ void InterfaceOperator::apply(const double* lambda, double* out) const {
         Eigen::Map<Vec3>(out + 3 * static_cast<std::size_t>(p)) =
             law(p) * Eigen::Map<const Vec3>(lambda + 3 * static_cast<std::size_t>(p));
     } else {
-      linalg::multiply_rows(3 * rows, blocks_[f].data(), lambda + 3 * first, out + 3 * first);
+      Eigen::Map<const Eigen::VectorXd> part(lambda + 3 * first, 3 * rows);
+      Eigen::Map<Eigen::VectorXd>(out + 3 * first, 3 * rows) = blocks_[f].lazyProduct(part);
     }
   }
 }

@@ -2,7 +2,6 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <cstring>
 #include <map>
 
 #include "base/types.hpp"
@@ -87,41 +86,6 @@ bool invert(const std::vector<DenseBlock>& blocks, std::vector<DenseBlock>& inve
     }
   }
   return true;
-}
-
-FBI_KERNEL void multiply_columns(Index n, const double* columns, const double* x, double* y) {
-  const auto load = [](const double* from) {
-    Lanes lanes;
-    std::memcpy(&lanes.v, from, sizeof lanes.v);
-    return lanes;
-  };
-  for (Index begin = 0; begin < n; begin += 2 * batch_size) {
-    Lanes sums[2] = {0.0, 0.0};
-    const double* column = columns + begin;
-    for (Index j = 0; j < n; ++j, column += n)
-      for (int half = 0; half < 2; ++half) sums[half] += load(column + half * batch_size) * x[j];
-    double all[2 * batch_size];
-    std::memcpy(all, sums, sizeof all);
-    std::copy_n(all, std::min<Index>(2 * batch_size, n - begin), y + begin);
-  }
-}
-
-FBI_KERNEL void multiply_rows(Index n, const double* rows, const double* x, double* y) {
-  constexpr Index step = 4;
-  typedef double Part __attribute__((vector_size(step * sizeof(double))));
-  const Index whole = n - n % step;
-  for (Index i = 0; i < n; ++i, rows += n) {
-    Part sum = {};
-    for (Index j = 0; j < whole; j += step) {
-      Part a, b;
-      std::memcpy(&a, rows + j, sizeof a);
-      std::memcpy(&b, x + j, sizeof b);
-      sum += a * b;
-    }
-    double total = (sum[0] + sum[1]) + (sum[2] + sum[3]);
-    for (Index j = whole; j < n; ++j) total += rows[j] * x[j];
-    y[i] = total;
-  }
 }
 
 }  // namespace fbi::linalg

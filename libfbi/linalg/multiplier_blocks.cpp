@@ -123,7 +123,7 @@ bool MultiplierBlocks::invert_blocks(const std::vector<InterfaceBlock>& s, const
     }
   }
   if (!invert(dense, inverses)) return false;
-  inverses_.resize(entries + read_beyond);
+  inverses_.resize(entries);
   double* to = inverses_.data();
   for (std::size_t f = 0; f < blocks_.size(); ++f) {
     const Index n = 3 * blocks_[f].count;
@@ -145,7 +145,9 @@ void MultiplierBlocks::apply_inverses(const double* b, double* x) {
       to = part_.data() + n;
       for (std::size_t i = 0; i < n; ++i) part_[i] = b[3 * static_cast<std::size_t>(block.rows[i / 3]) + i % 3];
     }
-    multiply_columns(static_cast<Index>(n), inverse, from, to);
+    const Eigen::Index size = static_cast<Eigen::Index>(n);
+    Eigen::Map<Eigen::VectorXd>(to, size) = Eigen::Map<const Eigen::MatrixXd>(inverse, size, size)
+                                                .lazyProduct(Eigen::Map<const Eigen::VectorXd>(from, size));
     inverse += n * n;
     for (std::size_t i = 0; i < n && !block.rows.empty(); ++i)
       x[3 * static_cast<std::size_t>(block.rows[i / 3]) + i % 3] = to[i];

@@ -26,9 +26,7 @@ class MultiplierBlocks {
   /// True where no column has rows of different blocks.
   bool is_exact() const { return !couples_; }
   /// Entries of the inverses.
-  GlobalIndex entries() const {
-    return inverses_.empty() ? 0 : static_cast<GlobalIndex>(inverses_.size() - read_beyond);
-  }
+  GlobalIndex entries() const { return static_cast<GlobalIndex>(inverses_.size()); }
 
  private:
   struct Block {
@@ -47,7 +45,7 @@ class MultiplierBlocks {
 
   MultiplierRows m_;
   std::vector<Block> blocks_;
-  std::vector<double> inverses_;  // columns of one block's D^-1 after the other, and read_beyond numbers
+  std::vector<double> inverses_;  // columns of one block's D^-1 after the other
   bool couples_ = false;          // rows of different blocks meet in some column
   // M W M^T between rows of one block: row p holds [own_begin_[p], own_begin_[p+1]).
   std::vector<Index> own_begin_, own_row_;

@@ -12,9 +12,10 @@ namespace {
 using Lanes = float __attribute__((vector_size(64)));
 constexpr std::size_t lanes = 16;
 constexpr std::size_t chunk = 4096;  // floats that stay in the first cache
+// Who has another way waits so many iterations, and for that part of the pace that leads to the tolerance in all of
+// them.
 constexpr int patience = 10;
-constexpr double least_pace =
-    1.0 / 3.0;  // of the one that leads to the tolerance in as many iterations as there may be
+constexpr double least_pace = 1.0 / 3.0;
 
 Lanes load(const float* p) {
   Lanes x;

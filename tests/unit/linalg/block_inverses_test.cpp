@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <limits>
-#include <vector>
 
 namespace fbi::linalg {
 namespace {
@@ -40,25 +39,6 @@ TEST(BlockInverses, SingularAndNotANumberAreStatuses) {
     list[22].row(2).setConstant(entry);
     list[22].col(2).setConstant(entry);
     EXPECT_FALSE(invert(list, inverses));
-  }
-}
-
-// Sizes below, at and above those of vectors; numbers around x and y stay, and what follows a matrix is read at most.
-TEST(SmallProducts, AreProducts) {
-  for (const Eigen::Index n : {1, 3, 12, 16, 21, 33}) {
-    const DenseBlock matrix = DenseBlock::Random(n, n);
-    const Eigen::VectorXd x = Eigen::VectorXd::Random(n), expected = matrix * x;
-    std::vector<double> columns(static_cast<std::size_t>(n * n) + read_beyond,
-                                std::numeric_limits<double>::quiet_NaN());
-    Eigen::Map<Eigen::MatrixXd>(columns.data(), n, n) = matrix;
-    Eigen::VectorXd y = Eigen::VectorXd::Constant(n + 1, 7.0);
-    multiply_columns(static_cast<Index>(n), columns.data(), x.data(), y.data());
-    EXPECT_LE((y.head(n) - expected).norm(), 1e-14 * n) << n;
-    EXPECT_EQ(y[n], 7.0);
-    y.setConstant(7.0);
-    multiply_rows(static_cast<Index>(n), matrix.data(), x.data(), y.data());
-    EXPECT_LE((y.head(n) - expected).norm(), 1e-14 * n) << n;
-    EXPECT_EQ(y[n], 7.0);
   }
 }
 
