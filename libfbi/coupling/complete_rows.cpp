@@ -93,6 +93,7 @@ linalg::MultiplierRows complete_rows(const mesh::HexMesh& fluid, const Coupling&
   linalg::MultiplierRows rows;
   rows.weight.assign(3 * static_cast<std::size_t>(column.count()), 0.0);
   if (!sums.empty()) rows.others.assign(column.count(), 0.0);
+  if (comm.size() > 1) rows.name.assign(column.count(), 0);
   // Entries of a row in the order of ranks (each rank has every node of a row once): sums do not depend on arrival.
   struct Part {
     Index column;
@@ -111,6 +112,7 @@ linalg::MultiplierRows complete_rows(const mesh::HexMesh& fluid, const Coupling&
       parts[next[row - first]++] = {static_cast<Index>(c), value};
       for (int i = 0; i < 3; ++i) rows.weight[3 * c + i] = w[i];
       if (!sums.empty()) rows.others[c] = sum;
+      if (!rows.name.empty()) rows.name[c] = node;
     };
     const auto add_arrived = [&](int from, int to) {
       if (arrived.data.empty()) return;

@@ -9,6 +9,7 @@
 #include "coupling/complete_rows.hpp"
 #include "fluid/boundary_conditions.hpp"
 #include "linalg/vector_access.hpp"
+#include "mesh/exchange.hpp"
 
 namespace fbi::fsi {
 
@@ -25,13 +26,16 @@ constexpr int single_restart = 40;
 constexpr double tired_effort = 1.5;      // iterations with a factor that lags, against those when it was new
 constexpr double useless_effort = 3.0;    // the same: then factors for an earlier S are of no use
 constexpr double most_lost_steps = 4.0;   // for multipliers of lines: in the time of as many there is a new factor
-constexpr double most_effort = 8.0;       // iterations a decade, then blocks give way to sparse factors
+constexpr double most_effort = 4.0;       // iterations a decade, then blocks give way to sparse factors
 constexpr int few_iterations = 15;        // of a solve that says nothing about its effort
 constexpr int longest_rest = 64;          // preparations for which lines are left out, at most
 constexpr double other_sigma = 0.25;      // change of 1/dt after which a factor is not that of the problem any more
 constexpr int tired_iterations = 40;      // of one solve, then it is renewed
 constexpr double loose_tolerance = 3e-3;  // above, one sweep of the velocity block in an iteration is fastest
-constexpr double slow_flow = 2.0;  // VelocityWeight::strength up to which the same holds, elsewhere a few suffice
+constexpr double slow_flow = 2.0;     // VelocityWeight::strength up to which the same holds, elsewhere a few suffice
+constexpr double viscous_flow = 0.5;  // mu dt/(rho h^2) from which fibers are a part of the pressure
+constexpr double fast_flow = 4.0;     // strength from which lines are between sweeps with W, and not in its place
+constexpr double calmer = 0.7;        // part of that strength below which they come back
 constexpr int few_sweeps = 3, many_sweeps = 8;
 constexpr double single_digits = 1e-5;   // a solve in single precision goes no further
 constexpr double trusted_digits = 1e-4;  // to which its own estimate of the residual is trusted
@@ -324,14 +328,16 @@ void FluidSolver::renew_pressure_mass() {
 
 bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed, bool anew) {
   const bool renewed = weight_->renew();
+  const bool coupled = coupling_ != nullptr && coupling_->global_rows() > 0;
+  is_fast_ = coupled && weight_->strength() > (is_fast_ ? calmer : 1.0) * fast_flow;
   lines_current_ = lines_current_ && !renewed;
   if (lines_rest_ > 0) --lines_rest_;
-  if (uses_lines() && !lines_current_) {
+  if ((uses_lines() || smooths_with_lines()) && !lines_current_) {
     lines_->renew(*weight_);
     lines_current_ = true;
   }
   renew_pressure_mass();
-  if (coupling_ == nullptr || coupling_->global_rows() == 0) return true;
+  if (!coupled) return true;
   // The factor belongs to M: fixed fibers keep theirs for good. It may lag behind S and W, which change less in a step
   // than M does in a few. With lines it preconditions an iteration with the present M, and may lag behind M as well.
   const bool follows = uses_lines() ? geometry_changed && !coupling_->has_fixed_rows()
@@ -387,7 +393,15 @@ bool FluidSolver::renew_factor(bool of_lines) {
   age_ = {coupling_->rows(), fluid_.sigma(), true};
   using Use = linalg::MultiplierFactor::Use;
   const Use use = exact_factor_ ? Use::exact : of_lines ? Use::preconditioner : Use::solves;
-  const bool failed = comm_.any(!factor_.factorize(std::move(rows), blocks, use));
+  // Sparse factors know the rows of other ranks that their own meet.
+  const bool overlaps =
+      comm_.size() > 1 && !of_lines && comm_.any(exact_factor_ || !linalg::MultiplierBlocks::suits(rows, blocks));
+  const mesh::HexMesh& mesh = fluid_.mesh();
+  const bool done = overlaps
+                        ? factor_.factorize(std::make_unique<linalg::RowOverlap>(
+                              comm_, rows, blocks, mesh::chunk_begins(comm_, mesh.first_node, mesh.independent_nodes)))
+                        : factor_.factorize(std::move(rows), blocks, use);
+  const bool failed = comm_.any(!done);
   if (failed) age_.rows = -1;
   return !failed;
 }
@@ -413,8 +427,16 @@ bool FluidSolver::prepare(bool geometry_changed, bool interface_changed, bool an
 }
 
 void FluidSolver::prepare_single() {
+  const bool lines = uses_lines() || smooths_with_lines();
   single_->prepare({pressure_.get(), pressure_scale_, &pressure_mass_, continuity_scale(),
-                    uses_lines() ? nullptr : &weight_->values(), uses_lines() ? lines_.get() : nullptr, &factor_});
+                    uses_lines() ? nullptr : &weight_->values(), lines ? lines_.get() : nullptr, &factor_});
+}
+
+bool FluidSolver::smooths_with_lines() const { return lines_ != nullptr && weight_->strength() > slow_flow; }
+
+bool FluidSolver::is_viscous() const {
+  const double h = fluid_.smallest_cell();
+  return fluid_.parameters().viscosity > viscous_flow * fluid_.parameters().density * fluid_.sigma() * h * h;
 }
 
 linalg::KrylovResult FluidSolver::solve_single(Vec b, Vec x, double tolerance, int maximum, bool impatient) {
@@ -434,7 +456,7 @@ linalg::KrylovResult FluidSolver::solve_single(Vec b, Vec x, double tolerance, i
   double residual = norm;
   SingleSolver::Effort effort;
   if (weight_->strength() > slow_flow)
-    effort = {many_sweeps, true};
+    effort = {many_sweeps, true, is_viscous()};
   else if (tolerance < loose_tolerance)
     effort.sweeps = few_sweeps;
   effort.impatient = impatient;

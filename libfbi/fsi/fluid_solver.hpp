@@ -117,10 +117,14 @@ class FluidSolver {
   std::vector<float> single_right_, single_solution_;
   double factor_sigma_ = -1.0;  // that the direct factors were made for
   std::unique_ptr<VelocityWeight> weight_;
-  /// Whether lines stand for W: they rest after solves that did not converge with them.
-  bool uses_lines() const { return lines_ != nullptr && lines_rest_ == 0; }
+  /// Sweeps with W have V of the lines between them.
+  bool smooths_with_lines() const;
+  bool is_viscous() const;
+  /// Whether lines stand for W: they rest after solves that did not converge with them, and in fast flow around fibers.
+  bool uses_lines() const { return lines_ != nullptr && lines_rest_ == 0 && !is_fast_; }
   std::unique_ptr<VelocityLines> lines_;  // in single precision
   bool lines_current_ = false;            // renewed with W
+  bool is_fast_ = false;                  // fast flow around fibers, from which lines keep away
   int lines_rest_ = 0;                    // preparations until they are tried again
   int next_rest_ = 8;                     // after the next solve without convergence
   bool factor_of_lines_ = false;          // factor_ has the diagonal of lines_ in place of W

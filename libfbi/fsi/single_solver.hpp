@@ -23,8 +23,8 @@ struct SinglePreconditioner {
   double pressure_scale = 1.0;                       ///< p = pressure_scale P^-1 r_p + mass_scale r_p/V_a
   const std::vector<double>* mass_scale = nullptr;   ///< shape=(owned nodes)
   double continuity_scale = 1.0;                     ///< of the continuity rows
-  const std::vector<double>* weight = nullptr;       ///< W, shape=(local nodes,3); null with lines
-  const VelocityLines* lines = nullptr;              ///< V in place of W
+  const std::vector<double>* weight = nullptr;       ///< W, shape=(local nodes,3); null: V of the lines in its place
+  const VelocityLines* lines = nullptr;              ///< beside W: V before every other sweep with W
   const linalg::MultiplierFactor* factor = nullptr;  ///< of S + M W M^T; of an earlier one with V's diagonal for W
 };
 
@@ -35,7 +35,13 @@ struct SinglePreconditioner {
 /// G p is a part of both the preconditioner and the product, so that an iteration costs one pass over the velocity
 /// columns and one over the (cheap) pressure columns. Where tight tolerances, fast or viscous flow make many
 /// iterations, the velocity block is followed by more of them, with minimal residuals between them (a preconditioner
-/// that varies, which FGMRES allows), and p has convection as well.
+/// that varies, which FGMRES allows), and p has convection as well. Sweeps with W are better with V between them:
+///   u = (W^-1 + B)^-1 (r + (W^-1 - A_uu) V r),  B = M^T S^-1 M,
+/// is what a sweep with B alone has left after V r, without the large forces of B on V r.
+///
+/// Where viscosity is large, p knows of the fibers. With them the Schur complement is Z + E' T^-1 E, Z what P stands
+/// for, E = M V G and E' = -D V M^T, so that its inverse is, to first order in what fibers take from the pressure's,
+///   p = p_0 - 1.4 Z^-1 E' T^-1 E p_0,  p_0 = Z^-1 r_p.
 ///
 /// Rows and columns of unknowns that are not free are left out: b is zero there, and so is x.
 class SingleSolver {
@@ -44,6 +50,7 @@ class SingleSolver {
   struct Effort {
     int sweeps = 1;           ///< of the velocity block, at most
     bool convection = false;  ///< p = pressure_scale P^-1 r_p + (0.35 C P^-1 r_p + mass_scale r_p)/V_a
+    bool fibers = false;      ///< p has a part of the fibers as well, with more than one sweep
     bool impatient = false;   ///< of SingleGmres: the caller has another way
   };
 
@@ -78,6 +85,12 @@ class SingleSolver {
   /// product += M^T S^-1 M z; with lines z is what velocity_block gave.
   void add_multipliers(const float* z, float* product);
   void apply_velocity(const float* z, float* w);
+  /// velocity_block after a step with V alone; uses w, shape=(nodes,4), and leaves it zero. The fourth entries of z are
+  /// zero. Collective.
+  void smoothed_block(const float* r, float* z, float* w);
+  /// The part of fibers in the fourth entries of z, whose G p is w; w becomes that of the sum. Collective.
+  void add_fibers(float* z, float* w);
+  bool has_lines_alone() const { return parts_.weight == nullptr; }
   /// Fourth entries of z for right_; uses w, shape=(nodes,4). Collective.
   void solve_pressure(float* z, float* w);
   /// Minimal residuals with the velocity block on A_uu u = rest_: adds u to z, its product to w, and takes the latter
@@ -120,6 +133,8 @@ class SingleSolver {
   std::unique_ptr<PressureConvection> convection_;  ///< null until needed
   std::vector<Sweep> sweeps_;                       ///< as many as were needed
   std::vector<float> rest_;                         ///< what the velocities leave, shape=(owned nodes,4)
+  std::vector<float> first_pressure_;               ///< p_0, shape=(owned nodes)
+  std::vector<float> answer_;                       ///< velocities of forces of fibers, shape=(nodes,4)
   linalg::SingleGmres krylov_;
 };
 

@@ -7,9 +7,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace fbi::linalg {
 namespace {
+
+constexpr int most_steps = 16;     // for the rows of all ranks
+constexpr double enough = 1e-3;    // residual that ends them, relative: S^-1 makes much of it
+constexpr double no_news = 1e-20;  // squared part of a product that earlier ones do not have, below: round-off
 
 using Sparse = Eigen::SparseMatrix<double, Eigen::RowMajor, int>;
 
@@ -111,6 +116,12 @@ struct MultiplierFactor::Implementation {
   Sparse t;                 // row-major T; its arrays read as columns are T^T, which UMFPACK solves as the transpose
   Index size = 0;
   std::unique_ptr<MultiplierBlocks> blocks;  // in place of factors
+  std::unique_ptr<RowOverlap> overlap;       // whose rows the factors are of
+  struct Direction {
+    std::vector<double> z, product;  // shape=(own rows,3)
+    double squared_norm = 0.0;
+  };
+  std::vector<Direction> directions;  // of solve_all
 
   Implementation() {
     cholmod_start(&common);
@@ -153,6 +164,96 @@ struct MultiplierFactor::Implementation {
     return false;
   }
 
+  bool factorize(const MultiplierRows& m, const std::vector<InterfaceBlock>& s) {
+    t = assemble(m, s);
+    for (Index k = 0; k < t.nonZeros(); ++k)
+      if (!std::isfinite(t.valuePtr()[k])) return false;
+    return cholesky() || lu();
+  }
+
+  void solve(double* b) {
+    if (factor != nullptr) {
+      cholmod_dense right{};
+      right.nrow = right.d = size;
+      right.ncol = 1;
+      right.nzmax = size;
+      right.x = b;
+      right.xtype = CHOLMOD_REAL;
+      right.dtype = CHOLMOD_DOUBLE;
+      cholmod_dense* x = cholmod_solve(CHOLMOD_A, factor, &right, &common);
+      std::copy_n(static_cast<const double*>(x->x), size, b);
+      cholmod_free_dense(&x, &common);
+      return;
+    }
+    std::vector<double> x(size);
+    umfpack_di_solve(UMFPACK_Aat, t.outerIndexPtr(), t.innerIndexPtr(), t.valuePtr(), x.data(), b, numeric, nullptr,
+                     nullptr);
+    std::copy(x.begin(), x.end(), b);
+  }
+
+  /// product = T z on own rows. Collective.
+  void apply(const std::vector<double>& z, std::vector<double>& product) {
+    const std::vector<double>& all = overlap->bring(z.data());
+    product.resize(z.size());
+    const int* begin = t.outerIndexPtr();
+    for (std::size_t i = 0; i < z.size(); ++i) {
+      double sum = 0.0;
+      for (int k = begin[i]; k < begin[i + 1]; ++k) sum += t.valuePtr()[k] * all[t.innerIndexPtr()[k]];
+      product[i] = sum;
+    }
+  }
+
+  /// b <- T^-1 b by minimal residuals (GCR), each direction the answer of the factors to the residual. Collective.
+  void solve_all(double* b) {
+    const std::size_t own = 3 * static_cast<std::size_t>(overlap->own_rows());
+    const Comm& comm = overlap->comm();
+    std::vector<double> rest(b, b + own);
+    std::fill_n(b, own, 0.0);
+    double start = 0.0;
+    for (int i = 0; i < most_steps; ++i) {
+      if (i == static_cast<int>(directions.size())) directions.emplace_back();
+      Direction& here = directions[i];
+      std::vector<double>& all = overlap->bring(rest.data());
+      if (size > 0) solve(all.data());
+      here.z.assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(own));
+      apply(here.z, here.product);
+      // Products of earlier directions, and |r|^2 to begin with.
+      std::vector<double> sums(static_cast<std::size_t>(i) + 2, 0.0);
+      const auto dot = [own](const std::vector<double>& x, const std::vector<double>& y) {
+        double sum = 0.0;
+        for (std::size_t k = 0; k < own; ++k) sum += x[k] * y[k];
+        return sum;
+      };
+      for (int j = 0; j < i; ++j) sums[j] = dot(directions[j].product, here.product);
+      sums[i] = dot(here.product, here.product);
+      sums[i + 1] = dot(rest, rest);
+      comm.sum(sums.data(), i + 2);
+      if (i == 0) start = sums[i + 1];
+      if (!std::isfinite(start + sums[i])) {
+        std::fill_n(b, own, std::numeric_limits<double>::quiet_NaN());
+        return;
+      }
+      if (start == 0.0) return;
+      for (int j = 0; j < i; ++j) {
+        const double h = sums[j] / directions[j].squared_norm;
+        for (std::size_t k = 0; k < own; ++k) {
+          here.product[k] -= h * directions[j].product[k];
+          here.z[k] -= h * directions[j].z[k];
+        }
+      }
+      double two[2] = {dot(here.product, here.product), dot(here.product, rest)};
+      comm.sum(two, 2);
+      here.squared_norm = two[0];
+      if (!(two[0] > no_news * sums[i])) return;
+      const double alpha = two[1] / two[0];
+      for (std::size_t k = 0; k < own; ++k) {
+        b[k] += alpha * here.z[k];
+        rest[k] -= alpha * here.product[k];
+      }
+      if (sums[i + 1] - alpha * two[1] <= enough * enough * start) return;
+    }
+  }
+
   bool lu() {
     void* symbolic = nullptr;
     if (umfpack_di_symbolic(size, size, t.outerIndexPtr(), t.innerIndexPtr(), t.valuePtr(), &symbolic, nullptr,
@@ -171,6 +272,7 @@ MultiplierFactor::~MultiplierFactor() = default;
 bool MultiplierFactor::factorize(MultiplierRows m, const std::vector<InterfaceBlock>& s, Use use) {
   Implementation& self = *implementation_;
   self.clear();
+  self.overlap.reset();
   self.size = 3 * m.rows();
   const bool by_blocks = self.size > 0 && use != Use::exact && MultiplierBlocks::suits(m, s);
   if (!by_blocks) self.blocks.reset();
@@ -179,34 +281,29 @@ bool MultiplierFactor::factorize(MultiplierRows m, const std::vector<InterfaceBl
     if (self.blocks == nullptr) self.blocks = std::make_unique<MultiplierBlocks>();
     return self.blocks->factorize(std::move(m), s, use == Use::preconditioner);
   }
-  self.t = assemble(m, s);
-  for (Index k = 0; k < self.t.nonZeros(); ++k)
-    if (!std::isfinite(self.t.valuePtr()[k])) return false;
-  return self.cholesky() || self.lu();
+  return self.factorize(m, s);
+}
+
+bool MultiplierFactor::factorize(std::unique_ptr<RowOverlap> overlap) {
+  Implementation& self = *implementation_;
+  self.clear();
+  self.blocks.reset();
+  self.overlap = std::move(overlap);
+  self.size = 3 * self.overlap->rows().rows();
+  const bool done = self.size == 0 || self.factorize(self.overlap->rows(), self.overlap->blocks());
+  self.overlap->release();
+  return done;
 }
 
 void MultiplierFactor::solve(double* b) const {
-  const Implementation& self = *implementation_;
-  if (self.size == 0) return;
-  if (self.blocks != nullptr) return self.blocks->solve(b);
-  if (self.factor != nullptr) {
-    cholmod_dense right{};
-    right.nrow = right.d = self.size;
-    right.ncol = 1;
-    right.nzmax = self.size;
-    right.x = b;
-    right.xtype = CHOLMOD_REAL;
-    right.dtype = CHOLMOD_DOUBLE;
-    cholmod_common* common = &implementation_->common;
-    cholmod_dense* x = cholmod_solve(CHOLMOD_A, self.factor, &right, common);
-    std::copy_n(static_cast<const double*>(x->x), self.size, b);
-    cholmod_free_dense(&x, common);
+  Implementation& self = *implementation_;
+  if (self.overlap != nullptr) {
+    self.solve_all(b);
     return;
   }
-  std::vector<double> x(self.size);
-  umfpack_di_solve(UMFPACK_Aat, self.t.outerIndexPtr(), self.t.innerIndexPtr(), self.t.valuePtr(), x.data(), b,
-                   self.numeric, nullptr, nullptr);
-  std::copy(x.begin(), x.end(), b);
+  if (self.size == 0) return;
+  if (self.blocks != nullptr) return self.blocks->solve(b);
+  self.solve(b);
 }
 
 void MultiplierFactor::precondition(double* b) const {

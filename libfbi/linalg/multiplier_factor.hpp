@@ -6,6 +6,7 @@
 
 #include "linalg/multiplier_blocks.hpp"
 #include "linalg/multiplier_rows.hpp"
+#include "linalg/row_overlap.hpp"
 
 namespace fbi::linalg {
 
@@ -13,9 +14,9 @@ namespace fbi::linalg {
 ///
 /// Where all fibers move and no entry of M is negative, T is new with every M, and MultiplierBlocks approximate T^-1.
 /// Elsewhere T is symmetrised and factorised by CHOLMOD; a T that is not positive definite is factorised by UMFPACK as
-/// it is. Coupling between rows of different ranks is added to the diagonal (but to that of blocks for a
-/// preconditioner): forces of one direction, which several rows share, are then neither counted once for each rank nor
-/// lost. It changes iteration counts and not answers.
+/// it is. With a RowOverlap the factors are those of all its rows. Other coupling between rows of different ranks is
+/// added to the diagonal (but to that of blocks for a preconditioner): forces of one direction, which several rows
+/// share, are then neither counted once for each rank nor lost. It changes iteration counts and not answers.
 class MultiplierFactor {
  public:
   /// What a factor is for: solves, or an iteration with T that it preconditions. `exact`: sparse factors in any case.
@@ -26,9 +27,12 @@ class MultiplierFactor {
 
   /// Returns false when T is singular or not finite.
   bool factorize(MultiplierRows m, const std::vector<InterfaceBlock>& s, Use use = Use::solves);
-  /// b <- T^-1 b, exact for sparse factors, shape=(rows,3); not after Use::preconditioner.
+  /// The same with sparse factors for the rows of an overlap.
+  bool factorize(std::unique_ptr<RowOverlap> overlap);
+  /// b <- T^-1 b, exact for sparse factors, shape=(rows,3); not after Use::preconditioner. Collective with an overlap.
   void solve(double* b) const;
   /// The same for an iteration with T: inverses of blocks alone where they stand for factors (Use::preconditioner).
+  /// Collective with an overlap.
   void precondition(double* b) const;
   /// Whether MultiplierBlocks stand for the factors and rows of different blocks meet.
   bool is_approximate() const;

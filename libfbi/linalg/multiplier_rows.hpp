@@ -16,6 +16,7 @@ struct MultiplierRows {
   std::vector<double> weight;  ///< W of every column and direction, shape=(columns,3); zero where the velocity is given
   /// Sum of the entries in a column that belong to rows of other ranks, shape=(columns); empty: there are none.
   std::vector<double> others;
+  std::vector<GlobalIndex> name;  ///< the same for a column on all ranks, shape=(columns); empty on one rank
   Index rows() const { return static_cast<Index>(begin.size()) - 1; }
   Index columns() const { return static_cast<Index>(weight.size() / 3); }
 };
