@@ -320,7 +320,7 @@ void SingleSolver::add_fibers(float* z, float* w) {
     parts_.factor->precondition(rows_.data());
   else
     parts_.factor->solve(rows_.data());
-  // -E' lambda in the continuity rows of w
+  // E' lambda in the continuity rows of w
   coupling_->spread(rows_.data(), force_.data(), 1.0);
   halo.add_ghosts(force_.data());
   if (lines) {

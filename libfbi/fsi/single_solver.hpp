@@ -40,7 +40,7 @@ struct SinglePreconditioner {
 /// is what a sweep with B alone has left after V r, without the large forces of B on V r.
 ///
 /// Where viscosity is large, p knows of the fibers. With them the Schur complement is Z + E' T^-1 E, Z what P stands
-/// for, E = M V G and E' = -D V M^T, so that its inverse is, to first order in what fibers take from the pressure's,
+/// for, E = M V G and E' = D V M^T, so that its inverse is, to first order in what fibers take from the pressure's,
 ///   p = p_0 - 1.4 Z^-1 E' T^-1 E p_0,  p_0 = Z^-1 r_p.
 ///
 /// Rows and columns of unknowns that are not free are left out: b is zero there, and so is x.
