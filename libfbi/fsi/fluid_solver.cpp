@@ -26,14 +26,15 @@ constexpr int single_restart = 40;
 constexpr double tired_effort = 1.5;      // iterations with a factor that lags, against those when it was new
 constexpr double useless_effort = 3.0;    // the same: then factors for an earlier S are of no use
 constexpr double most_lost_steps = 4.0;   // for multipliers of lines: in the time of as many there is a new factor
-constexpr double most_effort = 4.0;       // iterations a decade, then blocks give way to sparse factors
+constexpr double most_effort = 4.0;       // iterations a decade, then blocks give way to sparse factors and lines to W
+constexpr double longest_effort = 8.0;    // the same, of a solve that is not repeated with new factors
 constexpr int few_iterations = 15;        // of a solve that says nothing about its effort
 constexpr int longest_rest = 64;          // preparations for which lines are left out, at most
 constexpr double other_sigma = 0.25;      // change of 1/dt after which a factor is not that of the problem any more
 constexpr int tired_iterations = 40;      // of one solve, then it is renewed
 constexpr double loose_tolerance = 3e-3;  // above, one sweep of the velocity block in an iteration is fastest
 constexpr double slow_flow = 2.0;     // VelocityWeight::strength up to which the same holds, elsewhere a few suffice
-constexpr double viscous_flow = 0.5;  // mu dt/(rho h^2) from which fibers are a part of the pressure
+constexpr double viscous_flow = 0.5;  // mu/(rho sigma h^2) around fibers from which they are a part of the pressure
 constexpr double fast_flow = 4.0;     // strength from which lines are between sweeps with W, and not in its place
 constexpr double calmer = 0.7;        // part of that strength below which they come back
 constexpr int few_sweeps = 3, many_sweeps = 8;
@@ -337,6 +338,7 @@ bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed, 
     lines_current_ = true;
   }
   renew_pressure_mass();
+  is_viscous_ = is_viscous();
   if (!coupled) return true;
   // The factor belongs to M: fixed fibers keep theirs for good. It may lag behind S and W, which change less in a step
   // than M does in a few. With lines it preconditions an iteration with the present M, and may lag behind M as well.
@@ -397,6 +399,7 @@ bool FluidSolver::renew_factor(bool of_lines) {
   const bool overlaps =
       comm_.size() > 1 && !of_lines && comm_.any(exact_factor_ || !linalg::MultiplierBlocks::suits(rows, blocks));
   const mesh::HexMesh& mesh = fluid_.mesh();
+  if (overlaps) factor_.clear();
   const bool done = overlaps
                         ? factor_.factorize(std::make_unique<linalg::RowOverlap>(
                               comm_, rows, blocks, mesh::chunk_begins(comm_, mesh.first_node, mesh.independent_nodes)))
@@ -435,8 +438,19 @@ void FluidSolver::prepare_single() {
 bool FluidSolver::smooths_with_lines() const { return lines_ != nullptr && weight_->strength() > slow_flow; }
 
 bool FluidSolver::is_viscous() const {
-  const double h = fluid_.smallest_cell();
-  return fluid_.parameters().viscosity > viscous_flow * fluid_.parameters().density * fluid_.sigma() * h * h;
+  if (coupling_ == nullptr || coupling_->global_rows() == 0 || fluid_.is_steady()) return false;
+  const double square = fluid_.parameters().viscosity / (viscous_flow * fluid_.parameters().density * fluid_.sigma());
+  const double smallest = fluid_.smallest_cell();
+  if (smallest * smallest >= square) return false;
+  // Small cells where no fiber is do not count.
+  double sums[2] = {0.0, 0.0};
+  const std::vector<double>& volume = fluid_.lumped_volume();
+  for (const Index node : coupling_->local_m().node) {
+    sums[0] += std::cbrt(volume[node] * volume[node]);
+    sums[1] += 1.0;
+  }
+  comm_.sum(sums, 2);
+  return sums[0] < square * sums[1];
 }
 
 linalg::KrylovResult FluidSolver::solve_single(Vec b, Vec x, double tolerance, int maximum, bool impatient) {
@@ -456,7 +470,7 @@ linalg::KrylovResult FluidSolver::solve_single(Vec b, Vec x, double tolerance, i
   double residual = norm;
   SingleSolver::Effort effort;
   if (weight_->strength() > slow_flow)
-    effort = {many_sweeps, true, is_viscous()};
+    effort = {many_sweeps, true, is_viscous_};
   else if (tolerance < loose_tolerance)
     effort.sweeps = few_sweeps;
   effort.impatient = impatient;
@@ -531,7 +545,7 @@ linalg::KrylovResult FluidSolver::solve(Vec b, Vec x, double tolerance) {
     const bool coupled = coupling_ != nullptr && coupling_->global_rows() > 0;
     const bool approximate = coupled && !exact_factor_ && comm_.any(factor_.is_approximate());
     const bool lags = coupled && (!age_.exact || approximate), lines = uses_lines();
-    const double effort = approximate || lines ? most_effort : 2.0 * age_.fresh_effort;
+    const double effort = approximate || lines ? longest_effort : 2.0 * age_.fresh_effort;
     const int expected = static_cast<int>(effort * -std::log10(std::min(tolerance, 1.0)));
     const int enough = lags || lines ? std::min(parameters_.krylov_iterations, std::max(tired_iterations, expected))
                                      : parameters_.krylov_iterations;

@@ -119,11 +119,13 @@ class FluidSolver {
   std::unique_ptr<VelocityWeight> weight_;
   /// Sweeps with W have V of the lines between them.
   bool smooths_with_lines() const;
+  /// mu/(rho sigma h^2) is large in the cells of fibers. Collective.
   bool is_viscous() const;
   /// Whether lines stand for W: they rest after solves that did not converge with them, and in fast flow around fibers.
   bool uses_lines() const { return lines_ != nullptr && lines_rest_ == 0 && !is_fast_; }
   std::unique_ptr<VelocityLines> lines_;  // in single precision
   bool lines_current_ = false;            // renewed with W
+  bool is_viscous_ = false;               // is_viscous() of this preparation
   bool is_fast_ = false;                  // fast flow around fibers, from which lines keep away
   int lines_rest_ = 0;                    // preparations until they are tried again
   int next_rest_ = 8;                     // after the next solve without convergence

@@ -304,17 +304,11 @@ void SingleSolver::add_fibers(float* z, float* w) {
   const Timed timed("pressure of fibers");
   const fluid::Halo& halo = tangent_.halo();
   // V knows more of the answer to a force than W does.
-  const bool lines = parts_.lines != nullptr;
   const std::vector<char>* only = has_lines_alone() ? &reached_ : nullptr;
   // lambda = T^-1 E p_0
   answer_.assign(4 * nodes_, 0.0f);
-  if (lines) {
-    std::copy_n(w, 4 * owned_, line_right_.data());
-    apply_lines(line_right_.data(), answer_.data(), only);
-  } else {
-    for (std::size_t k = 0; k < 4 * owned_; ++k) answer_[k] = weight_[k] * w[k];
-    halo.update_ghosts(answer_.data());
-  }
+  std::copy_n(w, 4 * owned_, line_right_.data());
+  apply_lines(line_right_.data(), answer_.data(), only);
   coupling_->interpolate(answer_.data(), rows_.data());
   if (has_lines_alone())
     parts_.factor->precondition(rows_.data());
@@ -323,16 +317,7 @@ void SingleSolver::add_fibers(float* z, float* w) {
   // E' lambda in the continuity rows of w
   coupling_->spread(rows_.data(), force_.data(), 1.0);
   halo.add_ghosts(force_.data());
-  if (lines) {
-    apply_lines(force_.data(), answer_.data(), only);
-  } else {
-    std::fill(answer_.begin(), answer_.end(), 0.0f);
-    for (const Index a : touched_) {
-      const std::size_t k = 4 * static_cast<std::size_t>(a);
-      store_node<float>(load_node(&weight_[k]) * load_node(&force_[k]), &answer_[k]);
-    }
-    halo.update_ghosts(answer_.data());
-  }
+  apply_lines(force_.data(), answer_.data(), only);
   for (const Index a : touched_) store_node(NodeVector<float>{}, &force_[4 * static_cast<std::size_t>(a)]);
   std::fill(force_.begin() + static_cast<std::ptrdiff_t>(4 * owned_), force_.end(), 0.0f);
   std::fill_n(w, 4 * nodes_, 0.0f);
@@ -389,7 +374,7 @@ void SingleSolver::step(const float* v, float factor, float* z, float* w) {
   solve_pressure(z, w);
   tangent_.halo().update_ghosts(z);
   tangent_.apply_to_pressure(z, w);
-  if (effort_.fibers && effort_.sweeps > 1 && has_multipliers()) add_fibers(z, w);
+  if (effort_.fibers && parts_.lines != nullptr && has_multipliers()) add_fibers(z, w);
   if (effort_.sweeps <= 1) {
     velocity_block(v, factor, w, z);
     apply_velocity(z, w);

@@ -25,7 +25,7 @@ struct SinglePreconditioner {
   double continuity_scale = 1.0;                     ///< of the continuity rows
   const std::vector<double>* weight = nullptr;       ///< W, shape=(local nodes,3); null: V of the lines in its place
   const VelocityLines* lines = nullptr;              ///< beside W: V before every other sweep with W
-  const linalg::MultiplierFactor* factor = nullptr;  ///< of S + M W M^T; of an earlier one with V's diagonal for W
+  const linalg::MultiplierFactor* factor = nullptr;  ///< of S + M W M^T; without W of an earlier one with V's diagonal
 };
 
 /// FGMRES on (A_FF + M^T S^-1 M) x = b with the block-triangular preconditioner
@@ -50,7 +50,7 @@ class SingleSolver {
   struct Effort {
     int sweeps = 1;           ///< of the velocity block, at most
     bool convection = false;  ///< p = pressure_scale P^-1 r_p + (0.35 C P^-1 r_p + mass_scale r_p)/V_a
-    bool fibers = false;      ///< p has a part of the fibers as well, with more than one sweep
+    bool fibers = false;      ///< p has a part of the fibers as well, where there are lines
     bool impatient = false;   ///< of SingleGmres: the caller has another way
   };
 
@@ -82,13 +82,14 @@ class SingleSolver {
   void apply_lines(float* r, float* x, const std::vector<char>* only = nullptr);
   void find_touched();
   void find_reached();
-  /// product += M^T S^-1 M z; with lines z is what velocity_block gave.
+  /// product += M^T S^-1 M z; with lines alone z is what velocity_block gave.
   void add_multipliers(const float* z, float* product);
   void apply_velocity(const float* z, float* w);
-  /// velocity_block after a step with V alone; uses w, shape=(nodes,4), and leaves it zero. The fourth entries of z are
-  /// zero. Collective.
+  /// velocity_block after a step with V alone; w and the fourth entries of z, shape=(nodes,4), are zero before and
+  /// after. Collective.
   void smoothed_block(const float* r, float* z, float* w);
-  /// The part of fibers in the fourth entries of z, whose G p is w; w becomes that of the sum. Collective.
+  /// The part of fibers in the fourth entries of z, whose G p is w; w becomes that of the sum. Overwrites rows_.
+  /// Collective.
   void add_fibers(float* z, float* w);
   bool has_lines_alone() const { return parts_.weight == nullptr; }
   /// Fourth entries of z for right_; uses w, shape=(nodes,4). Collective.
@@ -109,7 +110,7 @@ class SingleSolver {
   std::vector<float> force_;             ///< M^T of multipliers, zero between uses, shape=(nodes,4)
   std::vector<Index> touched_;           ///< owned nodes where it may not be zero
   std::vector<float> right_, solution_;  ///< of the pressure, shape=(owned nodes)
-  std::vector<double> rows_;             ///< shape=(rows,3); with lines S^-1 M of the last velocity block
+  std::vector<double> rows_;             ///< shape=(rows,3); with lines alone S^-1 M of the last velocity block
   std::vector<std::size_t> given_;       ///< given velocities of owned nodes
   std::vector<float> line_right_;        ///< shape=(owned nodes,4)
   struct Direction {

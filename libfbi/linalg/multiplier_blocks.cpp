@@ -7,13 +7,22 @@
 
 namespace fbi::linalg {
 
+namespace {
+constexpr double round_off = 1e-12;  // of entries of M, relative to the largest
+}
+
 bool MultiplierBlocks::suits(const MultiplierRows& m, const std::vector<InterfaceBlock>& s) {
   Index rows = 0;
   for (const InterfaceBlock& block : s) {
     if (block.dense == nullptr && block.rows > 0) return false;
     rows += block.rows;
   }
-  return rows == m.rows() && std::all_of(m.value.begin(), m.value.end(), [](double value) { return value >= 0.0; });
+  double least = 0.0, most = 0.0;
+  for (const double value : m.value) {
+    least = std::min(least, value);
+    most = std::max(most, value);
+  }
+  return rows == m.rows() && least >= -round_off * most;
 }
 
 /// M W M^T between rows of one block.

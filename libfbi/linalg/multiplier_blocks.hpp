@@ -16,7 +16,7 @@ namespace fbi::linalg {
 /// of other ranks is in D alone. As a preconditioner the blocks do better without L and rows of other ranks.
 class MultiplierBlocks {
  public:
-  /// True where every row has its dense block of S and no entry of M is negative.
+  /// True where every row has its dense block of S and no entry of M is negative beyond round-off.
   static bool suits(const MultiplierRows& m, const std::vector<InterfaceBlock>& s);
   /// Returns false when a block is singular or not finite. `m` and `s` must suit. Cost: the inverses of the blocks.
   /// @param alone  D without L and rows of other ranks, for solve() without steps: the better preconditioner

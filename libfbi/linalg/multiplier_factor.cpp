@@ -284,6 +284,13 @@ bool MultiplierFactor::factorize(MultiplierRows m, const std::vector<InterfaceBl
   return self.factorize(m, s);
 }
 
+void MultiplierFactor::clear() {
+  implementation_->clear();
+  implementation_->blocks.reset();
+  implementation_->overlap.reset();
+  implementation_->size = 0;
+}
+
 bool MultiplierFactor::factorize(std::unique_ptr<RowOverlap> overlap) {
   Implementation& self = *implementation_;
   self.clear();

@@ -27,9 +27,12 @@ class MultiplierFactor {
 
   /// Returns false when T is singular or not finite.
   bool factorize(MultiplierRows m, const std::vector<InterfaceBlock>& s, Use use = Use::solves);
+  /// Frees what there is, so that it is not there beside what comes next.
+  void clear();
   /// The same with sparse factors for the rows of an overlap.
   bool factorize(std::unique_ptr<RowOverlap> overlap);
-  /// b <- T^-1 b, exact for sparse factors, shape=(rows,3); not after Use::preconditioner. Collective with an overlap.
+  /// b <- T^-1 b, exact for sparse factors, shape=(rows,3); not after Use::preconditioner. With an overlap for the T of
+  /// all ranks, to 1e-3 or as far as 16 steps go: not a linear operation, for flexible methods. Collective then.
   void solve(double* b) const;
   /// The same for an iteration with T: inverses of blocks alone where they stand for factors (Use::preconditioner).
   /// Collective with an overlap.

@@ -4,13 +4,14 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "base/counters.hpp"
 #include "mesh/exchange.hpp"
 
 namespace fbi::linalg {
 namespace {
 
 constexpr int tag = 31;
-constexpr Index most_rows = 256;  // of a block that leaves its rank
+constexpr Index most_rows = 256;  // of a dense block that leaves its rank
 
 /// A column and a rank that has it.
 struct Share {
@@ -86,7 +87,10 @@ void RowOverlap::find_neighbors(const MultiplierRows& own, const std::vector<Int
   for (const Share& share : shared.data) ranks_of[share.name].push_back(share.rank);
   blocks_for.assign(comm_.size(), {});
   for (std::size_t b = 0; b < s.size(); ++b) {
-    if (s[b].rows > most_rows) continue;
+    if (s[b].dense != nullptr && s[b].rows > most_rows) {
+      count_parts("large multiplier blocks known by sums", 1);
+      continue;
+    }
     for (Index i = 0; i < s[b].rows; ++i) {
       const Index p = row_of(s[b], i);
       for (Index k = own.begin[p]; k < own.begin[p + 1]; ++k) {
@@ -107,36 +111,39 @@ RowOverlap::RowOverlap(const Comm& comm, const MultiplierRows& own, const std::v
   std::vector<std::vector<Index>> blocks_for;
   find_neighbors(own, s, begins, blocks_for);
   const std::vector<double> total = totals(own);
-  std::vector<Head> heads;
-  std::vector<Entry> entries;
-  std::vector<double> numbers;
-  std::vector<int> head_to, entry_to, number_to;
+  mesh::RankLists<Head> heads;
+  mesh::RankLists<Entry> entries;
+  mesh::RankLists<double> numbers;
+  const auto begin_list = [&] {
+    heads.first.push_back(static_cast<int>(heads.data.size()));
+    entries.first.push_back(static_cast<int>(entries.data.size()));
+    numbers.first.push_back(static_cast<int>(numbers.data.size()));
+  };
   for (int rank = 0; rank < comm_.size(); ++rank) {
+    begin_list();
     if (blocks_for[rank].empty()) continue;
     Neighbor& there = neighbor(rank);
     for (const Index b : blocks_for[rank]) {
       const InterfaceBlock& block = s[b];
-      heads.push_back({block.rows, block.dense != nullptr ? 1 : 0});
+      heads.data.push_back({block.rows, block.dense != nullptr ? 1 : 0});
       const double* from = block.dense != nullptr ? block.dense : block.local;
-      numbers.insert(numbers.end(), from, from + numbers_of(block.rows, block.dense != nullptr));
+      numbers.data.insert(numbers.data.end(), from, from + numbers_of(block.rows, block.dense != nullptr));
       for (Index i = 0; i < block.rows; ++i) {
         const Index p = row_of(block, i);
         for (Index k = own.begin[p]; k < own.begin[p + 1]; ++k) {
           const std::size_t c = own.column[k];
           const double* w = &own.weight[3 * c];
-          entries.push_back(
+          entries.data.push_back(
               {own.name[c], static_cast<Index>(there.leaving.size()), own.value[k], {w[0], w[1], w[2]}, total[c]});
         }
         there.leaving.push_back(p);
       }
     }
-    head_to.resize(heads.size(), rank);
-    entry_to.resize(entries.size(), rank);
-    number_to.resize(numbers.size(), rank);
   }
-  const mesh::RankLists<Head> new_heads = mesh::exchange(comm_, mesh::make_lists(comm_.size(), heads, head_to));
-  const mesh::RankLists<Entry> new_entries = mesh::exchange(comm_, mesh::make_lists(comm_.size(), entries, entry_to));
-  numbers_ = mesh::exchange(comm_, mesh::make_lists(comm_.size(), numbers, number_to)).data;
+  begin_list();
+  const mesh::RankLists<Head> new_heads = mesh::exchange(comm_, heads);
+  const mesh::RankLists<Entry> new_entries = mesh::exchange(comm_, entries);
+  numbers_ = mesh::exchange(comm_, numbers).data;
 
   std::unordered_map<GlobalIndex, Index> column;
   for (Index c = 0; c < own.columns(); ++c) column.emplace(own.name[c], c);
@@ -186,8 +193,8 @@ RowOverlap::RowOverlap(const Comm& comm, const MultiplierRows& own, const std::v
 
 void RowOverlap::release() {
   rows_ = MultiplierRows{};
-  blocks_ = {};
-  numbers_ = {};
+  std::vector<InterfaceBlock>().swap(blocks_);
+  std::vector<double>().swap(numbers_);
 }
 
 std::vector<double>& RowOverlap::bring(const double* own) {

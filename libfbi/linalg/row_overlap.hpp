@@ -9,11 +9,12 @@
 namespace fbi::linalg {
 
 /// This rank's rows of M and blocks of S, followed by those blocks of other ranks whose rows share a column of M with
-/// them: restricted additive Schwarz with one layer of blocks (Cai, Sarkis 1999). Messages go to ranks that share
-/// columns, and their sizes do not depend on the number of ranks.
+/// them: restricted additive Schwarz with one layer of blocks (Cai, Sarkis 1999). Values go to ranks that share columns
+/// alone, in messages whose sizes do not depend on the number of ranks; to begin with five exchanges of all ranks.
 class RowOverlap {
  public:
-  /// Brings the blocks of other ranks. Blocks of more than 256 rows stay where they are. Collective.
+  /// Brings the blocks of other ranks. Dense blocks of more than 256 rows stay where they are and are in `others`
+  /// there. Collective.
   /// @param own     with the names of its columns
   /// @param s       one block for each own row, at most
   /// @param begins  names [begins[r], begins[r+1]) are those for which rank r knows who has the column,

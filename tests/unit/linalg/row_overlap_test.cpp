@@ -187,7 +187,7 @@ TEST(RowOverlap, numbers_that_are_not_finite_come_through) {
   for (const double value : b) EXPECT_FALSE(std::isfinite(value));
 }
 
-TEST(RowOverlap, large_blocks_stay_where_they_are) {
+TEST(RowOverlap, large_dense_blocks_stay_where_they_are) {
   const Comm comm;
   constexpr Index rows = 257;
   MultiplierRows own;
@@ -200,13 +200,17 @@ TEST(RowOverlap, large_blocks_stay_where_they_are) {
   own.weight.assign(3, 1.0);
   own.others.assign(1, static_cast<double>(rows) * (comm.size() - 1));
   own.name.assign(1, 0);
-  const std::vector<double> law(9 * static_cast<std::size_t>(rows), 1.0);
-  const std::vector<InterfaceBlock> blocks = {{0, rows, nullptr, law.data()}};
   std::vector<GlobalIndex> begins(static_cast<std::size_t>(comm.size()) + 1, 1);
   begins[0] = 0;
-  RowOverlap overlap(comm, own, blocks, begins);
-  EXPECT_EQ(overlap.rows().rows(), rows);
-  EXPECT_EQ(overlap.rows().others[0], own.others[0]);
+  const std::vector<double> dense(9 * static_cast<std::size_t>(rows) * rows, 1.0);
+  const RowOverlap stays(comm, own, {{0, rows, dense.data(), nullptr}}, begins);
+  EXPECT_EQ(stays.rows().rows(), rows);
+  EXPECT_EQ(stays.rows().others[0], own.others[0]);
+  // Those of fixed fibers are small.
+  const std::vector<double> law(9 * static_cast<std::size_t>(rows), 1.0);
+  const RowOverlap goes(comm, own, {{0, rows, nullptr, law.data()}}, begins);
+  EXPECT_EQ(goes.rows().rows(), rows * comm.size());
+  EXPECT_EQ(goes.rows().others[0], 0.0);
 }
 
 }  // namespace
