@@ -76,10 +76,16 @@ bool condense(System& system, std::vector<double>& g) {
   return !system.comm().any(!interface.factorize());
 }
 
+void multipliers(System& system, const std::vector<double>& interpolated, const std::vector<double>& g,
+                 std::vector<double>& lambda) {
+  lambda.resize(interpolated.size());
+  for (std::size_t k = 0; k < lambda.size(); ++k) lambda[k] = interpolated[k] - g[k];
+  system.interface().solve(lambda.data());
+}
+
 void multipliers(System& system, const std::vector<double>& g, std::vector<double>& lambda) {
   system.interpolate(system.fluid().iterate(), lambda);
-  for (std::size_t k = 0; k < lambda.size(); ++k) lambda[k] -= g[k];
-  system.interface().solve(lambda.data());
+  multipliers(system, lambda, g, lambda);
 }
 
 double fiber_residual(const System& system, const std::vector<double>& force) {

@@ -19,6 +19,9 @@ bool condense(System& system, std::vector<double>& g);
 
 /// lambda = S^-1 (M u - g) at the iterate of the fluid, shape=(rows,3) [force/length]. Collective.
 void multipliers(System& system, const std::vector<double>& g, std::vector<double>& lambda);
+/// The same with M u at hand, shape=(rows,3) [length^2/time].
+void multipliers(System& system, const std::vector<double>& interpolated, const std::vector<double>& g,
+                 std::vector<double>& lambda);
 
 /// 2-norm of the fibers' residual G_b - force at the linearised iterate, without what supports carry, with the moments
 /// of triads and the gaps of joints; `force` of shape=(fiber nodes,6). Collective.

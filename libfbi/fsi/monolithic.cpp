@@ -87,7 +87,7 @@ StepReport solve_monolithic(System& system) {
   const bool moving = coupled && system.fibers_follow();
   const bool linearized = is_linearized(system);
   const Vec residual = system.solver().residual(), increment = system.solver().increment();
-  std::vector<double> g, lambda, force;
+  std::vector<double> g, lambda, force, first_seen;  // first_seen: M u to begin with
   double first_fluid_norm = 0.0, first_forces = 0.0, momentum = 0.0, fluid_reference = 0.0, fiber_reference = 0.0;
   const double fiber_tolerance = std::min(parameters.newton_tolerance, most_fiber_tolerance);
   // Fibers that do not follow the fluid are where they will be from the start.
@@ -107,7 +107,12 @@ StepReport solve_monolithic(System& system) {
     if (coupled && early) {
       if (!condense(system, g)) break;
       // Bases whose rows follow the segments have other rows in other positions.
-      if (iteration == 0 || (iterated && !system.coupling().has_fixed_rows())) multipliers(system, g, lambda);
+      if (iteration == 0) {
+        system.interpolate(fluid.iterate(), first_seen);
+        multipliers(system, first_seen, g, lambda);
+      } else if (iterated && !system.coupling().has_fixed_rows()) {
+        multipliers(system, g, lambda);
+      }
     }
     // Residuals of this iterate.
     ResidualNorms norms;
@@ -126,7 +131,7 @@ StepReport solve_monolithic(System& system) {
         // The linear solve that follows is about these positions.
         if (iteration == 0) linearize_fibers(system);
         if (iteration == 0 && !condense(system, g)) break;
-        if (iteration == 0) multipliers(system, g, lambda);
+        if (iteration == 0) multipliers(system, first_seen, g, lambda);
         force = system.fiber_force(lambda);
       }
     }

@@ -211,10 +211,9 @@ void SingleSolver::add_constraint(float* velocity) {
   const std::size_t size = rows_.size();
   ++multiplier_steps_.solves;
   coupling_->interpolate(velocity, rows_.data());
-  const double enough = enough_of_rows * enough_of_rows * comm.sum(dot(rows_, rows_));
   law_.resize(size);
   // T z_i = q_i + sum_j<i h_ij q_j with orthogonal q; rows_ becomes the residual.
-  double coefficient[most_directions] = {}, h[most_directions][most_directions] = {};
+  double coefficient[most_directions] = {}, h[most_directions][most_directions] = {}, enough = 0.0;
   int used = 0;
   for (int i = 0; i < most_directions; ++i) {
     if (i == static_cast<int>(directions_.size())) directions_.emplace_back();
@@ -233,20 +232,25 @@ void SingleSolver::add_constraint(float* velocity) {
     coupling_->interpolate(here.velocity.data(), here.product.data());
     interface_->apply(here.multipliers.data(), law_.data());
     for (std::size_t k = 0; k < size; ++k) here.product[k] += law_[k];
-    for (int j = 0; j <= i; ++j) h[i][j] = dot(directions_[j].product, here.product);
-    if (i > 0) comm.sum(h[i], i + 1);
+    // One reduction: the residual has nothing of earlier products, and what is left of this one follows from its parts.
+    double sums[most_directions + 3];
+    for (int j = 0; j <= i; ++j) sums[j] = dot(directions_[j].product, here.product);
+    sums[i + 1] = dot(here.product, rows_);
+    sums[i + 2] = dot(rows_, rows_);
+    comm.sum(sums, i + 3);
+    const double squared = sums[i], along = sums[i + 1], residual = sums[i + 2];
+    if (i == 0) enough = enough_of_rows * enough_of_rows * residual;
+    here.squared_norm = squared;
     for (int j = 0; j < i; ++j) {
-      h[i][j] /= directions_[j].squared_norm;
+      h[i][j] = sums[j] / directions_[j].squared_norm;
+      here.squared_norm -= h[i][j] * sums[j];
       for (std::size_t k = 0; k < size; ++k) here.product[k] -= h[i][j] * directions_[j].product[k];
     }
-    double sums[3] = {dot(here.product, here.product), dot(here.product, rows_), dot(rows_, rows_)};
-    comm.sum(sums, 3);
-    here.squared_norm = sums[0];
-    if (!(sums[0] > (i > 0 ? no_news * h[i][i] : 0.0)) || !std::isfinite(sums[0])) break;
-    coefficient[i] = sums[1] / sums[0];
+    if (!(here.squared_norm > (i > 0 ? no_news * squared : 0.0)) || !std::isfinite(here.squared_norm)) break;
+    coefficient[i] = along / here.squared_norm;
     used = i + 1;
     for (std::size_t k = 0; k < size; ++k) rows_[k] -= coefficient[i] * here.product[k];
-    if (sums[2] - coefficient[i] * sums[1] <= enough) break;
+    if (residual - coefficient[i] * along <= enough) break;
   }
   // lambda = sum_i c_i z_i.
   for (int i = used - 1; i > 0; --i)
