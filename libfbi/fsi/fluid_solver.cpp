@@ -19,9 +19,6 @@ using linalg::Write;
 
 namespace {
 
-constexpr double robin = 3.0;           // Robin coefficient of the pressure operator at open faces, times 1/h
-constexpr double grad_div_part = 0.85;  // of tau_C beside mu in the pressure: inverse masses are lumped
-constexpr double viscous_part = 2.0;    // of mu there: where viscosity rules, more of it than of tau_C
 constexpr int single_restart = 40;
 constexpr double tired_effort = 1.5;      // iterations with a factor that lags, against those when it was new
 constexpr double useless_effort = 3.0;    // the same: then factors for an earlier S are of no use
@@ -74,6 +71,7 @@ FluidSolver::FluidSolver(fluid::FluidField& fluid, const coupling::Coupling* cou
     return;
   }
   weight_ = std::make_unique<VelocityWeight>(fluid_);
+  pressure_ = std::make_unique<PressureBlock>(fluid_);
   if (is_single() && fluid_.has_single_precision()) lines_ = make_velocity_lines(fluid_);
   work_ = fluid_.create_vector();
   FBI_PETSC(VecCreateMPI(comm_.get(), mesh.owned_nodes, mesh.independent_nodes, pressure_right_.out()));
@@ -210,7 +208,8 @@ void FluidSolver::apply_preconditioner(Vec r, Vec x) {
   const Index owned = fluid_.mesh().owned_nodes;
   const double scale = continuity_scale();
   const std::vector<char>& dirichlet = fluid_.is_dirichlet();
-  const std::vector<double>& volume = fluid_.lumped_volume();
+  const std::vector<double>&volume = fluid_.lumped_volume(), &mass = pressure_->mass();
+  const double scale_of_pressure = pressure_->scale();
   {
     Timed timed_pressure("pressure cycle");
     {
@@ -218,14 +217,14 @@ void FluidSolver::apply_preconditioner(Vec r, Vec x) {
       Write to(pressure_right_);
       for (Index a = 0; a < owned; ++a) to.get()[a] = right.get()[4 * static_cast<std::size_t>(a) + 3] / scale;
     }
-    pressure_->apply(pressure_right_, pressure_solution_);
+    pressure_->solver().apply(pressure_right_, pressure_solution_);
     Read right(pressure_right_);
     Read solution(pressure_solution_);
     Write p(x);
     for (Index a = 0; a < owned; ++a) {
       const std::size_t k = 4 * static_cast<std::size_t>(a);
       for (int i = 0; i < 3; ++i) p.get()[k + i] = 0.0;
-      p.get()[k + 3] = pressure_scale_ * solution.get()[a] + pressure_mass_[a] / volume[a] * right.get()[a];
+      p.get()[k + 3] = scale_of_pressure * solution.get()[a] + mass[a] / volume[a] * right.get()[a];
     }
   }
   apply_operator(x, work_);
@@ -249,84 +248,6 @@ void FluidSolver::apply_preconditioner(Vec r, Vec x) {
   fluid_.set_normal(right.get(), u.get(), owned);
 }
 
-void FluidSolver::renew_pressure() {
-  const double sigma = fluid_.sigma(), density = fluid_.parameters().density;
-  if (fluid_.parameters().pressure_stabilization == fluid::PressureStabilization::projection) {
-    renew_projected_pressure();
-    return;
-  }
-  // The Schur complement of the momentum rows. The inertial part of PSPG, tau (grad q, rho v'), takes from the
-  // divergence what tau (grad q, grad p) adds: together they leave 1/(rho sigma), whatever tau is.
-  pressure_scale_ = density * sigma;
-  if (pressure_ != nullptr) return;
-  Timed timed("pressure setup");
-  count("pressure setups");
-  const mesh::HexMesh& mesh = fluid_.mesh();
-  if (linalg::TensorPoisson::supports(mesh)) {
-    pressure_ = std::make_unique<linalg::TensorPoisson>(mesh, robin_ends(1.0));
-    return;
-  }
-  const std::vector<double> one(mesh.local_cells(), 1.0);
-  pressure_ = std::make_unique<linalg::MultigridPressure>(comm_, fluid_.pressure_laplacian(one, robin),
-                                                          fluid_.pressure_is_free());
-}
-
-std::array<std::array<double, 2>, 3> FluidSolver::robin_ends(double coefficient) const {
-  const std::array<std::array<bool, 2>, 3> open = fluid_.open_sides();
-  std::array<std::array<double, 2>, 3> ends{};
-  for (int d = 0; d < 3; ++d) {
-    const std::vector<double>& x = fluid_.mesh().box->coordinates[d];
-    if (open[d][0]) ends[d][0] = coefficient * robin / (x[1] - x[0]);
-    if (open[d][1]) ends[d][1] = coefficient * robin / (x[x.size() - 1] - x[x.size() - 2]);
-  }
-  return ends;
-}
-
-void FluidSolver::renew_projected_pressure() {
-  const double inertia = 1.0 / (fluid_.sigma() * fluid_.parameters().density);
-  const mesh::HexMesh& mesh = fluid_.mesh();
-  const Index cells = mesh.local_cells();
-  // The projection's coefficient varies from cell to cell; a box has one for all, the geometric mean.
-  double sum = 0.0;
-  for (Index c = 0; c < cells; ++c) sum += std::log(fluid_.pressure_projection(c));
-  const double mean = std::exp(comm_.sum(sum) / static_cast<double>(comm_.sum(static_cast<GlobalIndex>(cells))));
-  const bool unchanged = pressure_ != nullptr && pressure_scale_ == 1.0 && inertia == projected_inertia_ &&
-                         std::abs(mean - projection_) <= 0.1 * projection_;
-  if (unchanged) return;
-  Timed timed("pressure setup");
-  count("pressure setups");
-  pressure_scale_ = 1.0;
-  projected_inertia_ = inertia;
-  projection_ = mean;
-  // On smooth pressures the projection is a Laplacian with the coefficient c h_d^2/12 along direction d.
-  if (linalg::TensorPoisson::supports(mesh)) {
-    std::array<std::vector<double>, 3> factor;
-    for (int d = 0; d < 3; ++d) {
-      const std::vector<double>& x = mesh.box->coordinates[d];
-      for (std::size_t i = 0; i + 1 < x.size(); ++i)
-        factor[d].push_back(inertia + mean * (x[i + 1] - x[i]) * (x[i + 1] - x[i]) / 12.0);
-    }
-    pressure_ = std::make_unique<linalg::TensorPoisson>(mesh, robin_ends(inertia), factor);
-    return;
-  }
-  std::vector<double> coefficient(cells);
-  for (Index c = 0; c < cells; ++c)
-    coefficient[c] = inertia + fluid_.pressure_projection(c) * std::pow(fluid_.cell_volume(c), 2.0 / 3.0) / 12.0;
-  pressure_ = std::make_unique<linalg::MultigridPressure>(comm_, fluid_.pressure_laplacian(coefficient, robin),
-                                                          fluid_.pressure_is_free());
-}
-
-void FluidSolver::renew_pressure_mass() {
-  const double same = projection_ > 0.0 ? 1.0 / projection_ : viscous_part * fluid_.parameters().viscosity;
-  pressure_mass_.assign(fluid_.mesh().owned_nodes, same);
-  // A few digits of slow flow are there before tau_C shows.
-  const bool demanding = parameters_.precision == Precision::twofold || !fluid_.has_single_precision() ||
-                         parameters_.krylov_tolerance < loose_tolerance || weight_->strength() > slow_flow;
-  if (projection_ > 0.0 || !demanding) return;
-  const std::vector<double> grad_div = weight_->grad_div();
-  for (std::size_t a = 0; a < pressure_mass_.size(); ++a) pressure_mass_[a] += grad_div_part * grad_div[a];
-}
-
 bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed, bool anew) {
   const bool renewed = weight_->renew();
   const bool coupled = coupling_ != nullptr && coupling_->global_rows() > 0;
@@ -337,7 +258,10 @@ bool FluidSolver::renew_velocity(bool geometry_changed, bool interface_changed, 
     lines_->renew(*weight_);
     lines_current_ = true;
   }
-  renew_pressure_mass();
+  // A few digits of slow flow are there before tau_C shows.
+  const bool demanding = parameters_.precision == Precision::twofold || !fluid_.has_single_precision() ||
+                         parameters_.krylov_tolerance < loose_tolerance || weight_->strength() > slow_flow;
+  pressure_->renew_mass(*weight_, demanding);
   is_viscous_ = is_viscous();
   if (!coupled) return true;
   // The factor belongs to M: fixed fibers keep theirs for good. It may lag behind S and W, which change less in a step
@@ -418,7 +342,7 @@ bool FluidSolver::prepare(bool geometry_changed, bool interface_changed, bool an
     return kept || direct_->factorize();
   }
   if (reference_ != nullptr) return reference_->prepare(geometry_changed, continuity_scale());
-  renew_pressure();
+  pressure_->renew();
   if (!renew_velocity(geometry_changed, interface_changed, anew)) return false;
   if (parameters_.precision == Precision::twofold) return true;
   fluid::SingleTangent* tangent = fluid_.single_tangent();
@@ -431,7 +355,7 @@ bool FluidSolver::prepare(bool geometry_changed, bool interface_changed, bool an
 
 void FluidSolver::prepare_single() {
   const bool lines = uses_lines() || smooths_with_lines();
-  single_->prepare({pressure_.get(), pressure_scale_, &pressure_mass_, continuity_scale(),
+  single_->prepare({&pressure_->solver(), pressure_->scale(), &pressure_->mass(), continuity_scale(),
                     uses_lines() ? nullptr : &weight_->values(), lines ? lines_.get() : nullptr, &factor_});
 }
 
@@ -444,13 +368,12 @@ bool FluidSolver::is_viscous() const {
   if (smallest * smallest >= square) return false;
   // Small cells where no fiber is do not count.
   double sums[2] = {0.0, 0.0};
-  const std::vector<double>& volume = fluid_.lumped_volume();
   for (const Index node : coupling_->local_m().node) {
-    sums[0] += std::cbrt(volume[node] * volume[node]);
+    sums[0] += fluid_.lumped_volume()[node];
     sums[1] += 1.0;
   }
   comm_.sum(sums, 2);
-  return sums[0] < square * sums[1];
+  return std::pow(sums[0] / sums[1], 2.0 / 3.0) < square;
 }
 
 linalg::KrylovResult FluidSolver::solve_single(Vec b, Vec x, double tolerance, int maximum, bool impatient) {

@@ -1,7 +1,6 @@
 /// Linear solver of the fluid with the multiplier term: (A_FF + M^T S^-1 M) x = b.
 #pragma once
 
-#include <array>
 #include <memory>
 #include <vector>
 
@@ -11,13 +10,12 @@
 #include "fsi/assembled_system.hpp"
 #include "fsi/extended_system.hpp"
 #include "fsi/parameters.hpp"
+#include "fsi/pressure_block.hpp"
 #include "fsi/single_solver.hpp"
 #include "fsi/velocity_lines.hpp"
 #include "fsi/velocity_weight.hpp"
 #include "linalg/krylov.hpp"
 #include "linalg/multiplier_factor.hpp"
-#include "linalg/pressure_solver.hpp"
-#include "linalg/tensor_poisson.hpp"
 
 namespace fbi::fsi {
 
@@ -85,10 +83,6 @@ class FluidSolver {
   void apply_operator(Vec x, Vec y);
   void apply_preconditioner(Vec r, Vec x);
   void velocity_block(const double* r, double* x);
-  void renew_pressure();
-  void renew_projected_pressure();
-  std::array<std::array<double, 2>, 3> robin_ends(double coefficient) const;
-  void renew_pressure_mass();
   bool renew_velocity(bool geometry_changed, bool interface_changed, bool anew);
   std::vector<double> sums_of_columns() const;
   bool renew_factor(bool of_lines);
@@ -107,11 +101,7 @@ class FluidSolver {
 
   // Iterative.
   std::unique_ptr<linalg::Krylov> krylov_;
-  std::unique_ptr<linalg::PressureSolver> pressure_;
-  double pressure_scale_ = 1.0;        // rho sigma; 1 where the pressure operator has it
-  double projection_ = 0.0;            // coefficient of the pressure projection in the operator, 0 with PSPG
-  double projected_inertia_ = 0.0;     // 1/(rho sigma) there
-  std::vector<double> pressure_mass_;  // factor of the inverse mass in the pressure, shape=(owned nodes) [viscosity]
+  std::unique_ptr<PressureBlock> pressure_;
   double steady_scale_ = 1.0;
   std::unique_ptr<SingleSolver> single_;
   std::vector<float> single_right_, single_solution_;

@@ -16,7 +16,6 @@ constexpr float convection_part = 0.35f;  // of C in the pressure: it does not q
 constexpr float fiber_part = 1.4f;        // of what fibers do to the pressure, to first order
 constexpr int most_directions = 8;
 constexpr double enough_of_rows = 0.02;  // residual of the multipliers' rows that ends their iteration, relative
-constexpr double no_news = 1e-10;        // squared part of a product that earlier ones do not have, below: round-off
 constexpr std::size_t strip = 16;        // numbers of four nodes
 constexpr std::size_t chunk = 4096;
 
@@ -33,19 +32,6 @@ double velocity_dot(const float* a, const float* b, std::size_t size) {
     for (std::size_t i = 0; i < strip; ++i)
       if (i % 4 != 3) total += sum[i];
   }
-  return total;
-}
-
-/// Sum of a b in eight parts.
-double dot(const std::vector<double>& a, const std::vector<double>& b) {
-  constexpr std::size_t parts = 8;
-  double sum[parts] = {};
-  std::size_t k = 0;
-  for (; k + parts <= a.size(); k += parts)
-    for (std::size_t i = 0; i < parts; ++i) sum[i] += a[k + i] * b[k + i];
-  for (; k < a.size(); ++k) sum[0] += a[k] * b[k];
-  double total = 0.0;
-  for (const double part : sum) total += part;
   return total;
 }
 
@@ -212,13 +198,12 @@ void SingleSolver::add_constraint(float* velocity) {
   ++multiplier_steps_.solves;
   coupling_->interpolate(velocity, rows_.data());
   law_.resize(size);
-  // T z_i = q_i + sum_j<i h_ij q_j with orthogonal q; rows_ becomes the residual.
-  double coefficient[most_directions] = {}, h[most_directions][most_directions] = {}, enough = 0.0;
-  int used = 0;
+  residuals_.start();
   for (int i = 0; i < most_directions; ++i) {
     if (i == static_cast<int>(directions_.size())) directions_.emplace_back();
     Direction& here = directions_[i];
-    here.product.resize(size);
+    std::vector<double>& product = residuals_.product();
+    product.resize(size);
     here.velocity.resize(4 * nodes_);
     here.multipliers = rows_;
     count("multiplier iterations");
@@ -229,32 +214,15 @@ void SingleSolver::add_constraint(float* velocity) {
     apply_lines(force_.data(), here.velocity.data(), &reached_);
     for (const Index a : touched_) store_node(NodeVector<float>{}, &force_[4 * static_cast<std::size_t>(a)]);
     std::fill(force_.begin() + static_cast<std::ptrdiff_t>(4 * owned_), force_.end(), 0.0f);
-    coupling_->interpolate(here.velocity.data(), here.product.data());
+    coupling_->interpolate(here.velocity.data(), product.data());
     interface_->apply(here.multipliers.data(), law_.data());
-    for (std::size_t k = 0; k < size; ++k) here.product[k] += law_[k];
-    // One reduction: the residual has nothing of earlier products, and what is left of this one follows from its parts.
-    double sums[most_directions + 3];
-    for (int j = 0; j <= i; ++j) sums[j] = dot(directions_[j].product, here.product);
-    sums[i + 1] = dot(here.product, rows_);
-    sums[i + 2] = dot(rows_, rows_);
-    comm.sum(sums, i + 3);
-    const double squared = sums[i], along = sums[i + 1], residual = sums[i + 2];
-    if (i == 0) enough = enough_of_rows * enough_of_rows * residual;
-    here.squared_norm = squared;
-    for (int j = 0; j < i; ++j) {
-      h[i][j] = sums[j] / directions_[j].squared_norm;
-      here.squared_norm -= h[i][j] * sums[j];
-      for (std::size_t k = 0; k < size; ++k) here.product[k] -= h[i][j] * directions_[j].product[k];
-    }
-    if (!(here.squared_norm > (i > 0 ? no_news * squared : 0.0)) || !std::isfinite(here.squared_norm)) break;
-    coefficient[i] = along / here.squared_norm;
-    used = i + 1;
-    for (std::size_t k = 0; k < size; ++k) rows_[k] -= coefficient[i] * here.product[k];
-    if (residual - coefficient[i] * along <= enough) break;
+    for (std::size_t k = 0; k < size; ++k) product[k] += law_[k];
+    // rows_ becomes the residual.
+    if (residuals_.step(comm, rows_, enough_of_rows) != linalg::MinimalResiduals::State::goes_on) break;
   }
   // lambda = sum_i c_i z_i.
-  for (int i = used - 1; i > 0; --i)
-    for (int j = 0; j < i; ++j) coefficient[j] -= h[i][j] * coefficient[i];
+  const std::vector<double> coefficient = residuals_.coefficients();
+  const int used = static_cast<int>(coefficient.size());
   float c[most_directions] = {};
   for (int i = 0; i < used; ++i) c[i] = static_cast<float>(coefficient[i]);
   for (const auto& [begin, end] : reached_nodes_)

@@ -11,6 +11,7 @@
 #include "fluid/single_tangent.hpp"
 #include "fsi/pressure_convection.hpp"
 #include "fsi/velocity_lines.hpp"
+#include "linalg/minimal_residuals.hpp"
 #include "linalg/multiplier_factor.hpp"
 #include "linalg/pressure_solver.hpp"
 #include "linalg/single_gmres.hpp"
@@ -115,10 +116,9 @@ class SingleSolver {
   std::vector<float> line_right_;        ///< shape=(owned nodes,4)
   struct Direction {
     std::vector<double> multipliers;  ///< z, shape=(rows,3)
-    std::vector<double> product;      ///< T z less what earlier ones have of it, shape=(rows,3)
     std::vector<float> velocity;      ///< V M^T z, shape=(nodes,4)
-    double squared_norm = 0.0;
   };
+  linalg::MinimalResiduals residuals_;
   MultiplierSteps multiplier_steps_;
   std::vector<Direction> directions_;                               ///< of the multipliers, as many as were needed
   int reached_version_ = -1;                                        ///< of the lines of reached_

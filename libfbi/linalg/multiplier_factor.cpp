@@ -9,12 +9,13 @@
 #include <cmath>
 #include <limits>
 
+#include "linalg/minimal_residuals.hpp"
+
 namespace fbi::linalg {
 namespace {
 
-constexpr int most_steps = 16;     // for the rows of all ranks
-constexpr double enough = 1e-3;    // residual that ends them, relative: S^-1 makes much of it
-constexpr double no_news = 1e-20;  // squared part of a product that earlier ones do not have, below: round-off
+constexpr int most_steps = 16;   // for the rows of all ranks
+constexpr double enough = 1e-3;  // residual that ends them, relative: S^-1 makes much of it
 
 using Sparse = Eigen::SparseMatrix<double, Eigen::RowMajor, int>;
 
@@ -117,11 +118,8 @@ struct MultiplierFactor::Implementation {
   Index size = 0;
   std::unique_ptr<MultiplierBlocks> blocks;  // in place of factors
   std::unique_ptr<RowOverlap> overlap;       // whose rows the factors are of
-  struct Direction {
-    std::vector<double> z, product;  // shape=(own rows,3)
-    double squared_norm = 0.0;
-  };
-  std::vector<Direction> directions;  // of solve_all
+  MinimalResiduals residuals;                // of solve_all
+  std::vector<std::vector<double>> answers;  // directions there, shape=(own rows,3)
 
   Implementation() {
     cholmod_start(&common);
@@ -203,55 +201,28 @@ struct MultiplierFactor::Implementation {
     }
   }
 
-  /// b <- T^-1 b by minimal residuals (GCR), each direction the answer of the factors to the residual. Collective.
+  /// b <- T^-1 b by minimal residuals, each direction the answer of the factors to the residual. Collective.
   void solve_all(double* b) {
     const std::size_t own = 3 * static_cast<std::size_t>(overlap->own_rows());
-    const Comm& comm = overlap->comm();
     std::vector<double> rest(b, b + own);
-    std::fill_n(b, own, 0.0);
-    double start = 0.0;
+    residuals.start();
     for (int i = 0; i < most_steps; ++i) {
-      if (i == static_cast<int>(directions.size())) directions.emplace_back();
-      Direction& here = directions[i];
+      if (i == static_cast<int>(answers.size())) answers.emplace_back();
       std::vector<double>& all = overlap->bring(rest.data());
       if (size > 0) solve(all.data());
-      here.z.assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(own));
-      apply(here.z, here.product);
-      // Products of earlier directions, and |r|^2 to begin with.
-      std::vector<double> sums(static_cast<std::size_t>(i) + 2, 0.0);
-      const auto dot = [own](const std::vector<double>& x, const std::vector<double>& y) {
-        double sum = 0.0;
-        for (std::size_t k = 0; k < own; ++k) sum += x[k] * y[k];
-        return sum;
-      };
-      for (int j = 0; j < i; ++j) sums[j] = dot(directions[j].product, here.product);
-      sums[i] = dot(here.product, here.product);
-      sums[i + 1] = dot(rest, rest);
-      comm.sum(sums.data(), i + 2);
-      if (i == 0) start = sums[i + 1];
-      if (!std::isfinite(start + sums[i])) {
+      answers[i].assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(own));
+      apply(answers[i], residuals.product());
+      const MinimalResiduals::State state = residuals.step(overlap->comm(), rest, enough);
+      if (state == MinimalResiduals::State::not_finite) {
         std::fill_n(b, own, std::numeric_limits<double>::quiet_NaN());
         return;
       }
-      if (start == 0.0) return;
-      for (int j = 0; j < i; ++j) {
-        const double h = sums[j] / directions[j].squared_norm;
-        for (std::size_t k = 0; k < own; ++k) {
-          here.product[k] -= h * directions[j].product[k];
-          here.z[k] -= h * directions[j].z[k];
-        }
-      }
-      double two[2] = {dot(here.product, here.product), dot(here.product, rest)};
-      comm.sum(two, 2);
-      here.squared_norm = two[0];
-      if (!(two[0] > no_news * sums[i])) return;
-      const double alpha = two[1] / two[0];
-      for (std::size_t k = 0; k < own; ++k) {
-        b[k] += alpha * here.z[k];
-        rest[k] -= alpha * here.product[k];
-      }
-      if (sums[i + 1] - alpha * two[1] <= enough * enough * start) return;
+      if (state != MinimalResiduals::State::goes_on) break;
     }
+    std::fill_n(b, own, 0.0);
+    const std::vector<double> c = residuals.coefficients();
+    for (std::size_t i = 0; i < c.size(); ++i)
+      for (std::size_t k = 0; k < own; ++k) b[k] += c[i] * answers[i][k];
   }
 
   bool lu() {

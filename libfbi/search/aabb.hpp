@@ -32,10 +32,6 @@ struct Aabb {
     return low[0] <= other.high[0] && other.low[0] <= high[0] && low[1] <= other.high[1] && other.low[1] <= high[1] &&
            low[2] <= other.high[2] && other.low[2] <= high[2];
   }
-  bool contains(const Aabb& other) const {
-    return low[0] <= other.low[0] && other.high[0] <= high[0] && low[1] <= other.low[1] && other.high[1] <= high[1] &&
-           low[2] <= other.low[2] && other.high[2] <= high[2];
-  }
   /// Longest edge [length]; 0 when empty.
   double size() const { return empty() ? 0.0 : std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]}); }
   double volume() const { return empty() ? 0.0 : (high[0] - low[0]) * (high[1] - low[1]) * (high[2] - low[2]); }

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <set>
+
+#include "search/tree.hpp"
 
 namespace fbi::search {
 namespace {
@@ -12,8 +13,6 @@ namespace {
 constexpr double straight = 0.01;  ///< part of the sum of radii by which a chord may miss the curve
 constexpr double smallest = 1e-9;  ///< of an element's size: what counts as meeting where there are no radii
 constexpr int most_halvings = 40;
-constexpr double least_room = 0.005, most_room = 0.2;  // around elements, of their size
-constexpr int few_uses = 4, many_uses = 16;            // of the pairs of boxes with room
 
 /// Cubic by its Bezier points. Trivially copyable.
 struct Bezier {
@@ -125,24 +124,6 @@ FiberCrossings::FiberCrossings(const mesh::FiberMesh& fibers, std::vector<double
     joined_.emplace_back(std::min(a, b), std::max(a, b));
   }
   std::sort(joined_.begin(), joined_.end());
-  for (Index f = 0; f < fibers.fibers(); ++f)
-    fiber_of_.insert(fiber_of_.end(), fibers.first_element(f + 1) - fibers.first_element(f), f);
-}
-
-void FiberCrossings::search(const std::vector<Aabb>& boxes) {
-  // Room costs pairs, and searches where there is too little of it.
-  if (!roomy_.empty() && uses_ < few_uses) room_ = std::min(2.0 * room_, most_room);
-  if (uses_ > many_uses) room_ = std::max(0.5 * room_, least_room);
-  uses_ = 0;
-  roomy_ = boxes;
-  for (Aabb& box : roomy_) box.inflate(room_ * box.size());
-  tree_ = Tree(roomy_);
-  candidates_.clear();
-  tree_.pairs(candidates_);
-  const auto same = [this](const std::pair<Index, Index>& pair) {
-    return fiber_of_[pair.first] == fiber_of_[pair.second];
-  };
-  candidates_.erase(std::remove_if(candidates_.begin(), candidates_.end(), same), candidates_.end());
 }
 
 FiberPairs FiberCrossings::find(const std::vector<double>& dofs) {
@@ -158,18 +139,17 @@ FiberPairs FiberCrossings::find(const std::vector<double>& dofs) {
       boxes.push_back(elements.back().box);
       mine.include(boxes.back());
     }
-  bool stays = roomy_.size() == boxes.size();
-  for (std::size_t e = 0; stays && e < boxes.size(); ++e) stays = roomy_[e].contains(boxes[e]);
-  if (!stays) search(boxes);
-  ++uses_;
   std::set<std::pair<GlobalIndex, GlobalIndex>> pairs;
+  const Tree tree(boxes);
   const auto compare = [&](const Element& a, const Element& b) {
-    if (a.fiber == b.fiber || !a.box.overlaps(b.box)) return;
+    if (a.fiber == b.fiber) return;
     const std::pair<GlobalIndex, GlobalIndex> pair = std::minmax(a.fiber, b.fiber);
     if (pairs.count(pair) > 0 || std::binary_search(joined_.begin(), joined_.end(), pair)) return;
     if (a.fiber < b.fiber ? is_near(a, b) : is_near(b, a)) pairs.insert(pair);
   };
-  for (const auto& [e, other] : candidates_) compare(elements[e], elements[other]);
+  std::vector<std::pair<Index, Index>> overlaps;
+  tree.pairs(overlaps);
+  for (const auto& [e, other] : overlaps) compare(elements[e], elements[other]);
   if (comm.size() > 1) {
     // a pair on two ranks is found by the higher one
     std::vector<Aabb> all(static_cast<std::size_t>(comm.size()));
@@ -185,7 +165,7 @@ FiberPairs FiberCrossings::find(const std::vector<double>& dofs) {
     for (const auto& [rank, list] : exchange_.exchange(std::move(out)))
       for (const Element& element : list) {
         found.clear();
-        tree_.overlapping(element.box, found);
+        tree.overlapping(element.box, found);
         for (const Index other : found) compare(element, elements[other]);
       }
   }

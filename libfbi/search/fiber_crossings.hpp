@@ -5,7 +5,6 @@
 
 #include "mesh/fiber_mesh.hpp"
 #include "search/sparse_exchange.hpp"
-#include "search/tree.hpp"
 
 namespace fbi::search {
 
@@ -19,9 +18,7 @@ struct FiberPairs {
 /// ties together are left out; a fiber that crosses itself is not seen.
 ///
 /// Elements are found by the boxes of their Bezier points and halved until they are straight to a hundredth of the sum
-/// of the radii. Pairs whose boxes, with some room around them, overlap are kept until an element leaves its room:
-/// fibers that move little are not searched in every step. Between ranks travel one box a rank and the elements that
-/// reach into the box of another rank.
+/// of the radii. Between ranks travel one box a rank and the elements that reach into the box of another rank.
 class FiberCrossings {
  public:
   /// @param radius  of each fiber of this rank, shape=(fibers) [length]; 0 counts center lines that meet
@@ -29,7 +26,7 @@ class FiberCrossings {
   FiberCrossings(const mesh::FiberMesh& fibers, std::vector<double> radius);
 
   /// The pairs at positions `dofs`, shape=(fiber nodes,6): x, y, z, tx, ty, tz; the same on any number of ranks. Cost
-  /// O(n log n) for n elements a rank that cross few others, O(n) while no element leaves its room. Collective.
+  /// O(n log n) for n elements a rank that cross few others. Collective.
   FiberPairs find(const std::vector<double>& dofs);
 
  private:
@@ -37,15 +34,6 @@ class FiberCrossings {
   std::vector<double> radius_;
   std::vector<std::pair<GlobalIndex, GlobalIndex>> joined_;  ///< file numbers, ascending
   SparseExchange exchange_;
-
-  /// Boxes with room around them, the tree and the pairs of them.
-  void search(const std::vector<Aabb>& boxes);
-  double room_ = 0.02;  ///< of an element's size; follows how long pairs are of use
-  int uses_ = 0;        ///< of the pairs
-  std::vector<Index> fiber_of_;
-  std::vector<Aabb> roomy_;
-  Tree tree_;
-  std::vector<std::pair<Index, Index>> candidates_;
 };
 
 /// Smallest distance of two segments from a and b with these directions (to their ends) [length].

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <random>
 
 namespace fbi::search {
@@ -147,38 +146,6 @@ TEST(FiberCrossings, AllPairsOfRandomFibers) {
   EXPECT_GT(expected, 100);
   EXPECT_EQ(pairs.count, expected);
   EXPECT_EQ(pairs.first[0], first);
-}
-
-// What is kept of earlier positions changes nothing: fibers that drift slowly, then fast, against new searches.
-TEST(FiberCrossings, FibersThatMove) {
-  const Comm world;
-  mesh::FiberMeshData data;
-  std::mt19937 random(17);
-  std::uniform_real_distribution<double> place(0, 1);
-  const int count = 150;
-  for (int f = 0; f < count; ++f) {
-    const Vec3 from(place(random), place(random), place(random));
-    add_line(data, from, from + 0.4 * Vec3(place(random) - 0.5, place(random) - 0.5, place(random) - 0.5), 1 + f % 3);
-  }
-  const mesh::FiberMesh fibers = spread(world, data);
-  const std::vector<double> radii(static_cast<std::size_t>(fibers.fibers()), 0.01);
-  FiberCrossings search(fibers, radii);
-  std::vector<double> dofs = fibers.reference_dofs();
-  GlobalIndex least = std::numeric_limits<GlobalIndex>::max(), most = 0;
-  for (int step = 0; step < 80; ++step) {
-    const double speed = step < 50 ? 2e-4 : 1e-2;
-    for (Index f = 0; f < fibers.fibers(); ++f)
-      for (Index a = fibers.first_node[f]; a < fibers.first_node[f + 1]; ++a)
-        for (int i = 0; i < 3; ++i)
-          dofs[6 * static_cast<std::size_t>(a) + i] += speed * std::sin(1.0 + 7.0 * fibers.fiber_id[f] + 3.0 * i);
-    const FiberPairs pairs = search.find(dofs), expected = FiberCrossings(fibers, radii).find(dofs);
-    EXPECT_EQ(pairs.count, expected.count);
-    EXPECT_EQ(pairs.first[0], expected.first[0]);
-    EXPECT_EQ(pairs.first[1], expected.first[1]);
-    least = std::min(least, pairs.count);
-    most = std::max(most, pairs.count);
-  }
-  EXPECT_LT(least, most);
 }
 
 TEST(FiberCrossings, NoFibers) {
